@@ -69,7 +69,7 @@ def test_the_figures_are_those_of_the_table(drive: Signals) -> None:
     assert f"{error_deg:.2f} deg" in page_of(drive, LOST_S)
 
 
-def test_a_fault_is_told_in_words_with_its_time(drive: Signals) -> None:
+def test_a_fault_is_reported_in_words_with_its_time(drive: Signals) -> None:
     text = page_of(jumped(drive))
     assert f"The sensor jumped at {JUMPED_S:.1f} s" in text
     assert "nothing was found wrong" in page_of(drive)

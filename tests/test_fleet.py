@@ -102,7 +102,7 @@ def test_logs_that_come_late_and_in_any_order_end_as_all_at_once(
     assert tables(tmp_path) == tables(undisturbed)
 
 
-def test_a_copy_of_a_log_counts_once_whichever_is_seen_first(fleet: Path, tmp_path: Path) -> None:
+def test_copies_of_a_log_count_once_in_any_order(fleet: Path, tmp_path: Path) -> None:
     folder = tmp_path / "logs" / "depot-7"
     folder.mkdir(parents=True)
     first, copy = folder / "a.parquet", folder / "b.parquet"
@@ -210,7 +210,7 @@ def test_a_run_that_is_killed_at_any_moment_ends_as_one_undisturbed(
     assert not list((tmp_path / "out").rglob(".*"))
 
 
-def test_what_a_killed_run_left_half_written_is_removed_and_is_no_log(fleet: Path, tmp_path: Path) -> None:
+def test_half_written_files_of_a_killed_run_are_removed(fleet: Path, tmp_path: Path) -> None:
     logs, output = tmp_path / "logs", tmp_path / "out"
     shutil.copytree(fleet / "logs", logs)
     (logs / "depot-7" / ".unfinished-1234abcd-day9.parquet").write_bytes(b"PAR1")

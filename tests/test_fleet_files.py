@@ -106,7 +106,7 @@ def test_a_thousand_folders_in_each_other_are_walked(tmp_path: Path) -> None:
         os.removedirs(folder)
 
 
-def test_what_is_named_like_a_log_and_is_no_file_is_a_row_and_no_process_begins_for_it(
+def test_an_entry_named_like_a_log_that_is_not_a_file_is_a_row_without_a_process(
     logs: Path, night: Night, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (logs / "good.parquet").unlink()

@@ -24,7 +24,7 @@ def readings(values: np.ndarray, sd: float | np.ndarray = 0.5) -> Readings:
 # -- a night
 
 
-def test_one_drive_that_is_off_alone_is_no_change() -> None:
+def test_a_single_outlying_drive_is_not_a_change() -> None:
     value = np.zeros(12)
     value[6] = 6.0
     assert breaks(readings(value), NOISE["backlash"]) == []
@@ -140,7 +140,7 @@ def of_sd(sd: float, spread_sd: float, load_would_help: bool = True) -> Offset:
         (of_sd(0.7, 0.2), Driven([0.6], 30.0, 30.0), "another drive with bends both ways"),
     ],
 )
-def test_an_undecided_truck_is_told_the_drive_that_narrows_the_larger_part_of_its_interval(
+def test_an_undecided_truck_gets_the_drive_that_narrows_the_larger_part_of_its_interval(
     offset: Offset, driven: Driven, decides: str
 ) -> None:
     assert would_decide(offset, driven).startswith(decides)

@@ -59,7 +59,7 @@ def test_a_summary_comes_back_from_its_columns() -> None:
         {"summary_ratio": None},
     ],
 )
-def test_a_drive_that_tells_its_truck_nothing_has_no_summary(told: dict[str, Any]) -> None:
+def test_a_drive_without_information_on_its_truck_has_no_summary(told: dict[str, Any]) -> None:
     assert summary_of_row({**columns_of(SUMMARY, NOTHING_KNOWN), **TOLD, **told}) is None
 
 

@@ -60,7 +60,7 @@ def test_a_vin_is_read_from_packets_among_other_senders_packets(tmp_path: Path) 
     assert vin_of(log) is None
 
 
-def test_a_table_tells_its_vin_and_its_begin_in_metadata_or_a_column(tmp_path: Path) -> None:
+def test_a_table_gives_vin_and_start_in_metadata_or_a_column(tmp_path: Path) -> None:
     table = pl.DataFrame({"time_s": [0.0, 0.01]})
     by_metadata, by_column, silent = (tmp_path / f"{name}.parquet" for name in ("metadata", "column", "silent"))
     table.write_parquet(by_metadata, metadata={"vin": VIN, "start_time": "2026-03-02T08:00:00+01:00"})

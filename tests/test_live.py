@@ -334,7 +334,7 @@ def test_a_replay_of_a_drive_that_pauses_does_not_wait(tmp_path: Path) -> None:
     assert frames == 2 * len(drive(1.0))
 
 
-def test_the_terminal_tells_what_driving_is_still_missing(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_terminal_names_the_missing_driving(capsys: pytest.CaptureFixture[str]) -> None:
     truck = oc.vehicle(TRUCK)
     replay = Replay(drive_log(60.0), 100.0)
     session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), "truck 7", Sayings())

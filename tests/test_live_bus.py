@@ -108,7 +108,7 @@ def test_a_bus_that_is_lost_is_opened_again_and_nothing_learned_is_lost(monkeypa
     assert session.snapshot.driven_s == pytest.approx(40.0, abs=0.1)  # 2 s of silence are ticks without signals
 
 
-def test_a_bus_that_falls_silent_is_told_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_bus_that_falls_silent_is_reported_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("oncenter.live.session.SILENT_S", 0.2)
     said = Sayings()
     bus = Bus("silent", "virtual", None, said.say)

@@ -140,7 +140,7 @@ def test_another_host_does_not_reach_it(served: Page) -> None:
         socket.create_connection((address, served.port), timeout=5)
 
 
-def test_told_otherwise_it_answers_to_the_address_that_was_named() -> None:
+def test_with_an_address_it_answers_to_that_address() -> None:
     assert names_of("127.0.0.1") == {"127.0.0.1", "localhost"}
     assert names_of("192.0.2.2") == {"192.0.2.2"}
     assert names_of("truck.example") == {"truck.example"}
@@ -283,7 +283,9 @@ def test_a_token_that_this_page_did_not_give_opens_nothing(
     assert made == []
 
 
-def test_viewers_beyond_the_limit_are_told_so(here: tuple[Served, list[Any]], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_viewers_beyond_the_limit_get_a_message(
+    here: tuple[Served, list[Any]], monkeypatch: pytest.MonkeyPatch
+) -> None:
     served, made = here
     monkeypatch.setattr(live_serve, "VIEWERS_MAX", 2)
     own = f"127.0.0.1:{served.port}"
@@ -348,7 +350,7 @@ def test_nothing_is_made_for_a_viewer_who_does_not_read(log: Path, monkeypatch: 
     served.end()
 
 
-def test_a_viewer_who_left_while_there_was_nothing_to_tell_is_no_failure(log: Path) -> None:
+def test_a_viewer_who_left_in_a_quiet_time_is_not_a_failure(log: Path) -> None:
     class Left(Document):
         """As of a session that was destroyed before its viewer's task woke."""
 

@@ -171,7 +171,7 @@ def test_a_sender_of_no_usual_rate_has_one_rate_live_and_in_the_log(tmp_path: Pa
     assert rate_hz == pytest.approx(79.9, rel=0.02)
 
 
-def test_where_so_much_is_lost_that_nobody_knows_the_rate_it_is_the_same_one_live(tmp_path: Path) -> None:
+def test_with_too_many_losses_for_a_rate_log_and_live_use_the_same_one(tmp_path: Path) -> None:
     frames = trembling(with_losses(driven(), seed=5), seed=6)
     assert check_same(written(frames, tmp_path / "drive.log")) == pytest.approx(100.0, rel=0.2)
 

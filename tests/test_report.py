@@ -193,7 +193,7 @@ def test_the_page_names_what_produced_it(answer: Answer, text: str) -> None:
     assert all(source in visible for source in answer.sources.values())
 
 
-def test_every_picture_has_its_place_whatever_is_known(drive: Signals, answer: Answer, parking: Answer) -> None:
+def test_every_picture_has_its_place_in_every_answer(drive: Signals, answer: Answer, parking: Answer) -> None:
     [minute] = parts(drive, slice(60000, 66000))
     nothing = Estimate(None, None, "unobservable", "rad")
     zero = Estimate(0.0, (-0.001, 0.001), "valid", "rad/(m/s^2)")
@@ -228,7 +228,7 @@ def test_names_from_a_log_stay_text(answer: Answer, text: str) -> None:
     assert after.visible.count(nasty) >= 6
 
 
-def test_what_a_drive_does_not_tell_is_a_dash_with_its_status_in_words(parking: Answer) -> None:
+def test_an_unobservable_quantity_is_a_dash_with_its_status_in_words(parking: Answer) -> None:
     assert parking.offset.value is None
     text = page_of(parking)
     visible = Parsed(text).visible
@@ -260,7 +260,7 @@ def test_points_lie_on_the_flank_of_their_colour(answer: Answer) -> None:
         assert left_over[there].mean() == pytest.approx(flank * 0.5 * answer.backlash.value / DEGREE, abs=0.2)
 
 
-def test_offset_and_unloading_point_are_drawn_between_the_flanks(answer: Answer) -> None:
+def test_offset_and_neutral_acceleration_are_drawn_between_the_flanks(answer: Answer) -> None:
     drive = course_of(answer)
     cross, of_drive = [r for r in figures(answer, drive)["cloud"].renderers if isinstance(r.glyph, Segment)]
     x, y, x_end, y_end = (np.asarray(cross.data_source.data[name]) for name in ("x0", "y0", "x1", "y1"))
@@ -369,7 +369,7 @@ def test_several_drives_follow_each_other_in_driving_time(drive: Signals) -> Non
     assert 30000 in both.holes
 
 
-def test_a_relative_sensor_is_drawn_less_its_whole_turns_from_when_they_are_known(drive: Signals) -> None:
+def test_a_relative_sensor_is_drawn_without_whole_turns_once_they_are_identified(drive: Signals) -> None:
     angle = pl.col("steering_wheel_angle_rad")
     relative = pl.lit(0.0).alias("steering_wheel_angle_sensor_type")
     there = course_of(answer_to(replace(drive, table=drive.table.with_columns(angle - 720.0 * DEGREE, relative))))

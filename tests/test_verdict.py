@@ -107,8 +107,8 @@ def test_a_pull_is_named_where_it_alone_crosses_the_limit(answer: Answer) -> Non
     found = about_offset(with_offset(answer, 2.5, 0.1, 0.9))
     assert found.state == "recalibrate"
     assert found.note == (
-        "When the truck drives straight ahead, the sensor reads 2.5 deg to the left. With a pull, which one drive cannot "
-        "separate from the offset, the interval 1.6 to 3.4 deg reaches below the limit."
+        "When the truck drives straight ahead, the sensor reads 2.5 deg to the left. With a pull, which one drive "
+        "cannot separate from the offset, the interval 1.6 to 3.4 deg reaches below the limit."
     )
     assert "limit" not in about_offset(with_offset(answer, 4.0, 0.1, 0.9)).note
 
@@ -151,7 +151,7 @@ def test_a_side_that_was_never_loaded_is_the_driving_that_is_missing(
     assert "+1.0 deg ± 4.0 (limit 2 deg)" in found.note and "both logs" in found.action
 
 
-def test_a_wide_interval_asks_for_the_driving_that_narrows_it_most(answer: Answer) -> None:
+def test_a_wide_interval_requests_the_driving_that_narrows_it_most(answer: Answer) -> None:
     wide = with_offset(answer, 1.0, 1.0, 1.2, "converging")
     stand = replace(wide, next_driving=("stand still for 1 s", "drive 60 s more like this"))
     assert about_offset(stand).headline.startswith("Undecided: stand still for 1 s")
@@ -166,7 +166,7 @@ def test_a_truck_that_was_too_slow_is_asked_to_go_faster(drive: Signals) -> None
     assert found.headline == "Undecided: drive 1 more minute faster than 11 km/h, with bends to both sides."
 
 
-def test_little_driving_asks_for_more_of_it(answer: Answer) -> None:
+def test_little_driving_requests_more(answer: Answer) -> None:
     little = replace(with_offset(answer, 1.0, 3.0, 3.0, "converging"), used_s=20.0, rejected_s={})
     assert about_offset(little).headline.startswith("Undecided: drive 1 more minute faster than 11 km/h")
     assert "Only 20 s" in about_offset(little).note

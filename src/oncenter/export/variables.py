@@ -245,7 +245,7 @@ _ESTIMATES = (  # name, member of oc_answer, unit, description
         "unloading_acceleration",
         "unloading_acceleration",
         "m/s2",
-        "Neutral lateral acceleration: measured value at which the steering unloads",
+        "Neutral lateral acceleration: measured value without lateral force in the steering",
     ),
     ("equivalent_wheelbase", "equivalent_wheelbase", "m", "Wheelbase that fits the bends"),
     ("yaw_rate_bias", "yaw_rate_bias", "rad/s", "Bias of the yaw rate, now"),

@@ -115,7 +115,7 @@ def _is_log(name: str, suffixes: tuple[str, ...]) -> bool:
 
 
 def refuse_no_file(log: LogFile) -> None:
-    """Refuses an entry among the logs of this machine that is no file, without opening it.
+    """Refuses an entry among the logs of this machine that is not a file, without opening it.
 
     Raises:
         OncenterError: "not_a_file": a pipe, a device, a socket, a link without a target, or a path that is too long;

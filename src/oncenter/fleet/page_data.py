@@ -76,7 +76,7 @@ def _together(truck: Mapping[str, Any]) -> str:
 
 
 def drive_data(folder: Path, row: dict[str, Any]) -> dict[str, Any]:
-    """What the page shows of one drive's row."""
+    """One drive's row for the page."""
     report = f"reports/{row['key']}.html"
     return {
         "start": _milliseconds(row.get("start")),

@@ -40,7 +40,7 @@ class Dropped:
     interface: int = 0  # in the adapter or in the kernel's buffer
     queue: int = 0  # in the queue of received frames: the estimate was too slow for too long
     recording: int = 0  # used by the estimate, but not in the recorded file
-    impossible: int = 0  # no CAN frame: an identifier above 29 bits, a time that is no number
+    impossible: int = 0  # no CAN frame: an identifier above 29 bits, a time that is not a number
 
     @property
     def lost(self) -> int:

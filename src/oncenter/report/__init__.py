@@ -104,7 +104,7 @@ def report_angle(
     Args:
         table: as `oncenter.angle` gives it for `signals` and `vehicle`, with these options.
         path: as of `report`.
-        true_rad: the true angle, shape (n,), where a simulation knows it; else the sensor tells the error.
+        true_rad: the true angle, shape (n,), from a simulation; without it the sensor gives the error.
 
     Raises:
         OncenterError: "output", exit code 2: the file cannot be written, or has another ending.

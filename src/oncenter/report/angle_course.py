@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _HALF_WIDTH_95 = 1.96
 MOVING_M_S = 1.0  # slower, motion says nothing
-_OFFSET_FROM_S = 60.0  # the last of the believed sensor, from which its offset is taken
+_OFFSET_FROM_S = 60.0  # the end of the valid sensor, from which its offset is taken
 _HOLE_S = 1.0
 
 
@@ -39,7 +39,7 @@ class AngleCourse:
         Floats | None
     )  # the true angle, or measured less the offset as last learned; none where neither was there
     by_truth: bool
-    error: Floats | None  # of what motion alone says, against the reference, while that can be believed
+    error: Floats | None  # of the estimate from motion alone, against the reference, while that is valid
     without_sensor: np.ndarray[tuple[int], np.dtype[np.bool_]]
     speed: Floats
     lateral_acceleration: Floats  # r v
@@ -50,7 +50,7 @@ class AngleCourse:
 def angle_course(
     table: pl.DataFrame, signals: Signals, sensor_lost_at: float | None, true_rad: Floats | None
 ) -> AngleCourse:
-    """From `oncenter.angle`'s table and its drive; `true_rad` of shape (n,) where a simulation knows it."""
+    """From `oncenter.angle`'s table and its drive; `true_rad` of shape (n,) if a simulation gives it."""
     column = {name: table[name].to_numpy() for name in table.columns}
     time = column["time_s"] - (column["time_s"][0] if len(table) else 0.0)
     angle = column["steering_wheel_angle_rad"] / DEGREE
@@ -83,14 +83,14 @@ def _reference(
     trusted: np.ndarray[tuple[int], np.dtype[np.bool_]],
     true_rad: Floats | None,
 ) -> tuple[Floats | None, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
-    """In deg, and where it can be believed."""
+    """In deg, and where it is valid."""
     if true_rad is not None:
         return true_rad / DEGREE, np.isfinite(true_rad)
     if "measured_rad" not in column:
         return None, trusted
     rows = np.flatnonzero(believed)
     measured = column["measured_rad"]
-    if not len(rows):  # what its offset was nobody knows
+    if not len(rows):  # its offset is not identifiable
         return measured / DEGREE, np.zeros_like(trusted)
     late = rows[column["time_s"][rows] > column["time_s"][rows[-1]] - _OFFSET_FROM_S]
     offset = float(np.median(measured[late] - column["steering_wheel_angle_rad"][late]))

@@ -52,7 +52,7 @@ def angle_page(
 
 
 def _judged(course: AngleCourse) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    """What the figures are of: all without the sensor; where it never went, what motion alone would have said."""
+    """The data of the figures: all without the sensor; if it never failed, the estimate from motion alone."""
     return course.without_sensor if course.without_sensor.any() else ~course.without_sensor
 
 
@@ -77,7 +77,7 @@ def _header(course: AngleCourse, signals: Signals, vehicle: Vehicle) -> str:
 
 def _in_words(course: AngleCourse) -> str:
     if course.without_sensor.all():
-        return "This drive never had a sensor that could be believed: only the Ackermann angle is told."
+        return "The sensor was never valid in this drive: only the Ackermann angle is given."
     if course.faults:
         first = course.faults[0]
         return f"The sensor {_SAID[first.name]} {first.since_s:.1f} s, found at {first.found_s:.1f} s."
@@ -176,7 +176,7 @@ def _pictures(course: AngleCourse, divs: dict[str, str]) -> str:
 
 def _error_pictures(divs: dict[str, str]) -> str:
     if "error" not in divs:
-        return nothing("No second in which the sensor could be believed.")
+        return nothing("No second with a valid sensor.")
     by = joined([f"<div>{divs[name]}</div>" for name in ("by_speed", "by_acceleration") if name in divs])
     return joined(
         [

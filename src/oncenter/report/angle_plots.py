@@ -164,7 +164,7 @@ def _columns(course: AngleCourse, rows: Indices, values: Floats) -> tuple[Indice
 
 
 def _symmetric(values: Floats) -> Range1d:
-    """About zero, but for the outermost."""
+    """About zero, without the outermost values."""
     finite = np.abs(values[np.isfinite(values)])
     most = float(np.quantile(finite, 0.995)) if len(finite) else 1.0
     return Range1d(-1.3 * most - 0.1, 1.3 * most + 0.1)

@@ -71,7 +71,7 @@ def every(n: int, count: int) -> Indices:
 
 
 def range_of(values: Floats, outside_percent: float = 0.5) -> Range1d:
-    """A range for the finite values, but for the outermost on both sides, with some air."""
+    """A range for the finite values without the outermost on both sides, with a margin."""
     finite = values[np.isfinite(values)]
     if not len(finite):
         return Range1d(-1.0, 1.0)

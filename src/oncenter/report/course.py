@@ -20,7 +20,7 @@ Mask = npt.NDArray[np.bool_]
 # of all driving time
 _PAUSE = 0.01  # between drives: enough to be seen
 _VISIBLE = 0.0005  # a narrower hole is less than a column of the screen
-_BIAS_KNOWN = 0.5  # of its prior's spread: what is surer was seen
+_BIAS_KNOWN = 0.5  # of its prior's sd: a smaller sd comes from the drive
 _SAMPLE_S = 0.1  # the joint method learns from seconds of samples, the last of which may be so late
 
 
@@ -37,7 +37,7 @@ class Course:
             available, None where a log has none.
         expected: i*L*r/v + i*K_us*(a_y - a_0) + (B/2)*place, what a sensor without offset would read; NaN below the
             gate's speed limit, where (10) is poor. By the joint method r is corrected, B the play and a_0 the side
-            force, as measured, at which the steering unloads; else both are 0.
+            force, as measured, without lateral force in the steering; else both are 0.
         yaw_rate_times_speed: r*v in m/s^2; what an accelerometer without bias reads on a level road.
         residual: measured less i*L*r/v, filtered.
         filtered_lateral_acceleration: m/s^2, belongs to `residual`.
@@ -50,7 +50,7 @@ class Course:
         yaw_rate_bias, yaw_rate_bias_half_width: deg/s, 95 %; NaN before there is more than a prior.
         changes: time of each of the answer's changes.
         begin_of_offset: time since which the offset is what it is: before its last change the cloud lay elsewhere.
-        unloading_acceleration: m/s^2, as measured, at which the steering unloads; 0 where no play was looked for.
+        unloading_acceleration: m/s^2, neutral lateral acceleration as measured; 0 where play is not estimated.
     """
 
     time: Floats

@@ -1,4 +1,4 @@
-"""What all pages are made of: the document around them, which loads nothing from anywhere, and its small parts."""
+"""Parts of all pages: the document around them, which loads nothing from outside, and its small elements."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STATUSES = {
     "invalid": "a signal is at fault",
 }
 
-# The browser itself is told to fetch nothing, whatever the page or a library in it should try.
+# The browser fetches nothing, whatever the page or a library in it tries.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
 _RANDOM_NAME = re.compile(r"(?:bk-)?[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")

@@ -152,7 +152,7 @@ def _bar(label: str, seconds: float, whole: float, colour: str) -> str:
 
 
 def _reasons(answer: Answer) -> dict[str, str]:
-    """What each reason of the gate means with the limits in force."""
+    """The meaning of each reason of the gate, with the limits in force."""
     params, jointly = answer.params, answer.method == "joint"
     of = "joint_" if jointly else ""
     speed = params[f"{of}speed_min_m_s"]

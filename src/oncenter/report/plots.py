@@ -231,7 +231,7 @@ def _slope(answer: Answer) -> float:
 
 
 def _flanks(answer: Answer, course: Course) -> figure | None:
-    """The play as two lines through the clouds of its flanks, and between them the point where the steering unloads."""
+    """The play as two lines through the clouds of its flanks, with the neutral lateral acceleration between them."""
     rows = np.flatnonzero((course.reasons == 0) & (course.time >= course.begin_of_offset))
     if not len(rows):
         return None
@@ -300,7 +300,7 @@ def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figu
 
 def _bends(answer: Answer, course: Course) -> figure | None:
     """(38): what is left of the angle in bends once offset and play are taken away, and the line through the point at
-    which no side force acts."""
+    which no lateral force acts."""
     K_us, interval, offset = answer.understeer_gradient.value, answer.understeer_gradient.ci95, answer.offset.value
     rows = _bend_rows(answer, course)
     if not len(rows) or K_us is None or offset is None or answer.understeer_gradient.status == "unobservable":
@@ -320,7 +320,7 @@ def _bends(answer: Answer, course: Course) -> figure | None:
 
 
 def _bend_rows(answer: Answer, course: Course) -> Indices:
-    """What the gradient was learned from."""
+    """The data of the gradient."""
     if answer.method == "joint":
         return np.flatnonzero(course.used & (course.time >= course.begin_of_offset))
     a_y = np.abs(course.filtered_lateral_acceleration)

@@ -68,7 +68,7 @@ def _no_correction(answer: Answer, limit_deg: float) -> Verdict:
         found = f" The {_OFFSET} of this drive is {plus_minus(value, half_width_rad)} (limit {limit_deg:g} deg)."
     return _verdict(
         "no_correction",
-        f"No correction: the steering wheel angle sensor is a relative one.{found}",
+        f"No correction: the steering wheel angle sensor is relative, without a fixed zero.{found}",
         "Do not store a correction: the zero of this sensor changes at each ignition.",
         _change(answer),
     )
@@ -109,7 +109,7 @@ def _exact(answer: Answer, limit_deg: float) -> Verdict:
 
 
 def _direction(offset_rad: float) -> str:
-    """The sign in words, for a tool that asks for it otherwise."""
+    """The sign in words, for a tool with the opposite sign."""
     side = "left" if offset_rad > 0.0 else "right"
     return f"When the truck drives straight ahead, the sensor reads {abs(rounded(offset_rad)):.1f} deg to the {side}."
 

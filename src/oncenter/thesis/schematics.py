@@ -37,8 +37,8 @@ def run(progress: Progress) -> list[Exhibit]:
             "A truck's steering system",
             _steering_system,
             "From the steering wheel to the front wheels, seen from above with the column folded out. The sensor sits "
-            "below the steering wheel: the play and the wind-up of the column and of all later parts lie between its angle, δ, and the "
-            "front wheels' angle δ_f.",
+            "below the steering wheel: the play and the wind-up of the column and of all later parts lie between its "
+            "angle, δ, and the front wheels' angle δ_f.",
         ),
         Figure(
             "3",

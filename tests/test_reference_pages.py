@@ -124,6 +124,16 @@ def test_an_answer_is_as_its_schema_says(
     schema_of(schema).validate(given)
 
 
+def test_a_comparison_is_as_its_schema_says(
+    logs: dict[str, str], tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("steady", "short"):
+        given = printed(["offset", logs[name], "--vehicle", TRUCK, "--json"], capfd)
+        (tmp_path / f"{name}.json").write_text(json.dumps(given), encoding="utf-8")
+    compared = printed(["compare", str(tmp_path / "steady.json"), str(tmp_path / "short.json"), "--json"], capfd)
+    schema_of("compare-1").validate(compared)
+
+
 def test_a_field_that_no_schema_has_is_noticed(logs: dict[str, str], capfd: pytest.CaptureFixture[str]) -> None:
     given = printed(["offset", logs["steady"], "--vehicle", TRUCK, "--json"], capfd)
     for place in (given, given["offset"], given["time"], given["findings"][0], given["correction"]):

@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+from oncenter.cli.completion import explained_codes
+
 PAGE = "docs/reference/findings.md"
 _WIDTH = 100  # columns of text
 _LIST_WIDTH = 120
@@ -41,7 +43,11 @@ class Section:
 def explain(
     code: Annotated[
         str | None,
-        typer.Argument(metavar="CODE", help="A code in brackets after a finding, or of an error; none: list all."),
+        typer.Argument(
+            metavar="CODE",
+            help="The code in brackets after a finding, or the code of an error. Without it, all codes are listed.",
+            autocompletion=explained_codes,
+        ),
     ] = None,
 ) -> None:
     """Explain a finding or an error: its meaning, its likely causes and the action for it."""

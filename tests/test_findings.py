@@ -13,6 +13,7 @@ from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter import _core
+from oncenter.cli.explain import read_sections
 from oncenter.offset import coarse_recording, core_findings, several_logs, vehicle_file
 from oncenter.offset import joint_findings as joint_findings_room
 from oncenter.offset.changes import Change
@@ -156,6 +157,47 @@ def test_play_beyond_the_maintenance_standard_is_a_warning(play_deg: float, says
     if found is not None and says is not None:
         assert says in found.text and "The offset is not affected" in found.text
         assert found.value == pytest.approx(play_deg)
+
+
+@pytest.mark.parametrize(
+    ("code", "found"),
+    [
+        ("steering_wheel_angle_offset", {"offset": estimate(4.9 * DEGREE, 0.4 * DEGREE)}),
+        ("steering_play", {"backlash": estimate(15.4 * DEGREE, 0.1 * DEGREE)}),
+        ("unloading_off_zero", {"unloading_acceleration": estimate(-0.15, 0.01)}),
+        ("one_flank_seen", {"lacking_to_right": 3.2, "loaded_right_s": 0.0}),
+        ("not_enough_evidence", {"used": 20.0, "bank_time": 30.0}),
+        ("no_understeer", {"understeer_gradient": estimate(-0.15 * DEGREE, 0.05 * DEGREE)}),
+        (
+            "lateral_acceleration_moves",
+            {"bank_low": -0.8, "bank_high": 0.6, "accelerometer_runs_away": 1},
+        ),
+        (
+            "roads_fall_to_other_side",
+            {"traffic_sign": 1.0, "bank_mean": -0.2, "unloading_acceleration": estimate(0.0, 0.01)},
+        ),
+    ],
+)
+def test_the_page_of_findings_quotes_the_printed_text(code: str, found: dict[str, Any]) -> None:
+    assert example_on_page(code) == findings(**found)[code].text
+
+
+@pytest.mark.parametrize(
+    ("code", "change"),
+    [
+        ("offset_changed", changed(2.0, -3.0)),
+        ("straight_ahead_moved", changed(2.0, 1.0, "straight_ahead", 0.1)),
+        ("offset_corrected_by_sender", changed(2.0, 0.1)),
+        ("bends_changed", changed(2.0, 2.0, "bends")),
+    ],
+)
+def test_the_page_of_findings_quotes_the_text_of_a_change(code: str, change: Change) -> None:
+    assert example_on_page(code) == findings(change)[code].text
+
+
+def example_on_page(code: str) -> str:
+    (example,) = (each.paragraphs[1] for each in read_sections() if (each.code, each.kind) == (code, "finding"))
+    return example.strip()
 
 
 def test_uncertain_play_is_no_finding() -> None:

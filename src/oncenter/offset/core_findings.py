@@ -216,8 +216,9 @@ def _offset(native: Mapping[str, Any]) -> Finding | None:
     return from_table(
         "steering_wheel_angle_offset",
         f"the steering wheel angle sensor reads {value:+.1f} deg (to the {'left' if value > 0 else 'right'}) when the "
-        "truck drives straight ahead. Calibrate the sensor. If the steering wheel itself is not level then, check the "
-        "wheel alignment first",
+        f"truck drives straight ahead. This offset is valid and beyond the {_OFFSET_REPORTED_FROM_DEG:g} deg of a "
+        "healthy sensor. Calibrate the sensor. If the steering wheel itself is not level then, check the wheel "
+        "alignment first",
         value,
     )
 

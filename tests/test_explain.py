@@ -120,6 +120,12 @@ def test_a_section_has_its_parts_in_order_and_short_sentences(section: Section) 
         assert len(sentence.split()) <= WORDS_MAX, sentence
 
 
+@pytest.mark.parametrize("code", sorted(SECTIONS["finding"]))
+def test_a_finding_says_what_happens_to_the_offset(code: str) -> None:
+    example = SECTIONS["finding"][code].paragraphs[1]
+    assert re.search(r"\boffset\b|\buncertainty\b", example), example
+
+
 def test_explain_prints_the_section_as_plain_text(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["explain", "steering_play"]) == 0
     out = capsys.readouterr().out

@@ -13,6 +13,7 @@ from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter import _core
+from oncenter.cli.explain import read_sections
 from oncenter.offset import coarse_recording, core_findings, several_logs, vehicle_file
 from oncenter.offset import joint_findings as joint_findings_room
 from oncenter.offset.changes import Change
@@ -143,14 +144,60 @@ def test_wheel_speeds_on_unmeasured_banks_are_no_warning() -> None:
 
 
 @pytest.mark.parametrize(
-    ("play_deg", "says"), [(14.8, None), (15.1, "about the 15 deg"), (16.0, "more than the 15 deg")]
+    ("play_deg", "says"),
+    [
+        (14.8, None),
+        (15.1, "15.1 ±0.4 deg of free play at the steering wheel. The maintenance limit of 15 deg is reached"),
+        (16.0, "This is more than the maintenance limit of 15 deg"),
+    ],
 )
 def test_play_beyond_the_maintenance_standard_is_a_warning(play_deg: float, says: str | None) -> None:
     found = findings(backlash=estimate(play_deg * DEGREE, 0.2 * DEGREE)).get("steering_play")
     assert (found is None) == (says is None)
     if found is not None and says is not None:
-        assert says in found.text and "friction included" in found.text
+        assert says in found.text and "The offset is not affected" in found.text
         assert found.value == pytest.approx(play_deg)
+
+
+@pytest.mark.parametrize(
+    ("code", "found"),
+    [
+        ("steering_wheel_angle_offset", {"offset": estimate(4.9 * DEGREE, 0.4 * DEGREE)}),
+        ("steering_play", {"backlash": estimate(15.4 * DEGREE, 0.1 * DEGREE)}),
+        ("unloading_off_zero", {"unloading_acceleration": estimate(-0.15, 0.01)}),
+        ("one_flank_seen", {"lacking_to_right": 3.2, "loaded_right_s": 0.0}),
+        ("not_enough_evidence", {"used": 20.0, "bank_time": 30.0}),
+        ("no_understeer", {"understeer_gradient": estimate(-0.15 * DEGREE, 0.05 * DEGREE)}),
+        (
+            "lateral_acceleration_moves",
+            {"bank_low": -0.8, "bank_high": 0.6, "accelerometer_runs_away": 1},
+        ),
+        (
+            "roads_fall_to_other_side",
+            {"traffic_sign": 1.0, "bank_mean": -0.2, "unloading_acceleration": estimate(0.0, 0.01)},
+        ),
+    ],
+)
+def test_the_page_of_findings_quotes_the_printed_text(code: str, found: dict[str, Any]) -> None:
+    assert example_on_page(code) == findings(**found)[code].text
+
+
+@pytest.mark.parametrize(
+    ("code", "change"),
+    [
+        ("offset_changed", changed(2.0, -3.0)),
+        ("straight_ahead_moved", changed(2.0, 1.0, "straight_ahead", 0.1)),
+        ("offset_corrected_by_sender", changed(2.0, 0.1)),
+        ("bends_changed", changed(2.0, 2.0, "bends")),
+    ],
+)
+def test_the_page_of_findings_quotes_the_text_of_a_change(code: str, change: Change) -> None:
+    assert example_on_page(code) == findings(change)[code].text
+
+
+def example_on_page(code: str) -> str:
+    (example,) = (each.paragraphs[1] for each in read_sections() if (each.code, each.kind) == (code, "finding"))
+    return example.strip()
 
 
 def test_uncertain_play_is_no_finding() -> None:
@@ -163,6 +210,11 @@ def test_a_neutral_lateral_acceleration_off_zero_names_all_its_causes() -> None:
     for cause in ("bias", "alignment", "wind"):
         assert cause in found.text
     assert "crown" not in found.text
+    # 19.3 * 0.4 * 0.25 of steering ratio, understeer gradient and neutral lateral acceleration
+    assert (
+        "+0.25 ±0.02 m/s^2 (to the left)" in found.text
+        and "with a pull or wind instead, it is 1.9 deg lower" in found.text
+    )
     assert "unloading_off_zero" not in findings(unloading_acceleration=estimate(0.25, 0.1))
     assert "unloading_off_zero" not in findings(unloading_acceleration=estimate(0.25, 0.01, "unobservable"))
 
@@ -267,7 +319,7 @@ def test_an_offset_that_disappears_is_the_senders_own_correction(
 def test_a_change_in_bends_does_not_affect_the_offset() -> None:
     found = findings(changed(2.0, 2.0, "bends"))["bends_changed"]
     assert found.severity == "info"
-    assert "lifting an axle" in found.text and "not affected" in found.text
+    assert "lifted axle" in found.text and "not affected" in found.text
 
 
 def test_too_little_driving_requests_whole_minutes_above_a_speed() -> None:
@@ -281,11 +333,11 @@ def test_missing_loading_requests_bends_to_the_lacking_side() -> None:
     none = findings(lacking_to_right=3.2, loaded_right_s=0.0)["one_flank_seen"]
     assert none.value == 3.2
     assert none.text == (
-        "only left-hand loading occurred, so free play and offset cannot be separated. Drive at least 60 s of "
-        "right-hand bends"
+        "the front axle had lateral force to the left only, so free play and offset cannot be separated. The offset "
+        "is not valid. Drive at least 60 s of right-hand bends"
     )
     some = findings(lacking_to_left=3.2, loaded_left_s=12.0)["one_flank_seen"]
-    assert "the steering was loaded to the left for only 12 s" in some.text and "right" not in some.text
+    assert "the front axle had lateral force to the left for only 12 s" in some.text and "right" not in some.text
     both = findings(lacking_to_left=4.0, lacking_to_right=70.0)["one_flank_seen"]
     assert both.text.endswith("Drive at least 60 s of left-hand bends and 120 s of right-hand bends")
 
@@ -347,9 +399,9 @@ def test_the_uncertainty_of_the_drive_is_named_by_its_causes() -> None:
     assert "(road bank (not measured) ±5.7" in interval(unloading_acceleration=zero, accelerometer=False, **wide)
     play = {"backlash": estimate(3.0 * DEGREE, 5.9 * DEGREE, "converging"), **wide}
     assert "(free play ±5.8" in interval(**play)
-    assert "free play ±5.8 because of too little right-hand loading" in interval(lacking_to_right=4.0, **play)
+    assert "free play ±5.8 because of too little lateral force to the right" in interval(lacking_to_right=4.0, **play)
     both = interval(lacking_to_left=4.0, lacking_to_right=4.0, **play)
-    assert "because of too little left-hand and right-hand loading" in both
+    assert "because of too little lateral force to the left and to the right" in both
     # a gyro bias without measurement explains the part that the scatter of the seconds does not explain
     assert "(gyro bias ±5.9)" in interval(yaw_rate_bias=estimate(0.0, 0.0, "unobservable"), **wide)
 
@@ -486,8 +538,8 @@ def test_a_wrong_vehicle_file_is_the_first_finding_and_no_sensor_is_blamed(key: 
         answer = oc.offset(drive, TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)}))
         first = answer.findings[0]
         assert (first.code, first.severity) == ("wheelbase_or_ratio", "warning")
-        pair = re.search(r"steering ratio \((\S+) fits, (\S+) given\)", first.text)
-        fits, given = float(pair[1]), float(pair[2])
+        pair = re.search(r"steering ratio \(the file has (\S+), (\S+) fits\)", first.text)
+        given, fits = float(pair[1]), float(pair[2])
         asked = TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)})
         assert given == pytest.approx(asked.steering_ratio, abs=0.05)
         assert fits * asked.wheelbase_m == pytest.approx(TRUCK.steering_ratio * truth.equivalent_wheelbase_m, rel=0.06)

@@ -63,7 +63,7 @@ def test_a_locked_axle_and_an_early_one_give_the_answer_without_wheel_speeds(nam
     front, rear = of_axles(answer.findings)
     assert front.severity == rear.severity == "warning"
     assert front.value == pytest.approx(-300.0, abs=15.0) and "ms before the yaw rate" in front.text
-    assert "rear wheel speeds is only 0 % of track width times yaw rate" in rear.text
+    assert "left and right rear wheel speeds are nearly the same in bends (0 % of the expected difference)" in rear.text
 
 
 @pytest.mark.parametrize(
@@ -73,7 +73,7 @@ def test_a_locked_axle_and_an_early_one_give_the_answer_without_wheel_speeds(nam
         (axle_locked("front"), FRONT, "one speed sent for both wheels"),
         (axle_turns("rear", -1.0), REAR, "left and right are exchanged"),
         (axle_turns("front", -1.0), FRONT, "left and right are exchanged"),
-        (axle_turns("front", 4.0), FRONT, "4.0 times track width"),
+        (axle_turns("front", 4.0), FRONT, "4.0 times the expected one"),
         (both(*(scaled(name, 3.6) for name in REAR)), REAR, "too large by a factor of 3.6 (km/h read as m/s)"),
         (both(*(scaled(name, 19.1) for name in FRONT)), FRONT, "19.1 times the vehicle speed"),
         (
@@ -143,10 +143,14 @@ def test_the_wheel_speed_method_uses_the_other_axle_or_names_the_reason() -> Non
     one = oc.offset(axle_locked("rear")(healthy), TRUCK, method="wheel-speed")
     assert "wheel_speed_front_left" in one.sources and "wheel_speed_rear_left" not in one.sources
     neither = both(axle_locked("rear"), axle_locked("front"))(healthy)
-    with pytest.raises(OncenterError, match="front and rear wheel speeds is only 0 % of track width") as refused:
+    with pytest.raises(
+        OncenterError, match=r"front and rear wheel speeds are nearly the same in bends \(0 %"
+    ) as refused:
         oc.offset(neither, TRUCK, method="wheel-speed")
     assert refused.value.code == "missing_signal"
-    with pytest.raises(OncenterError, match="front wheel speeds is only 0 % of track width"):
+    with pytest.raises(
+        OncenterError, match=r"front wheel speeds are nearly the same in bends \(0 % of the expected difference\)$"
+    ):
         oc.angle(axle_locked("front")(healthy), TRUCK, method="wheel-speed")
 
 
@@ -158,7 +162,7 @@ def test_the_angle_without_such_an_axle_has_a_warning(tmp_path: Path, capsys: py
     assert "rear wheel speeds" in named.text
     faulty.table.drop("steering_wheel_angle_sensor_type", strict=False).write_csv(tmp_path / "drive.csv")
     assert run(["angle", str(tmp_path / "drive.csv"), "--vehicle", "scania_r730_4x2"]) == 0
-    assert "warning: the difference of the rear wheel speeds" in capsys.readouterr().out
+    assert "warning: the left and right rear wheel speeds are nearly the same" in capsys.readouterr().out
 
 
 def test_only_a_valid_gyro_bias_is_reported_as_corrected() -> None:

@@ -1,5 +1,7 @@
 """Ratio times wheelbase: correct where it is reported, and not blamed for other faults."""
 
+import re
+
 import numpy as np
 import pytest
 from planted_faults import (
@@ -81,7 +83,9 @@ def test_a_wrong_ratio_in_the_vehicle_file_is_reported_with_the_right_one(ratio:
     assert finding.code == "ratio_times_wheelbase"
     assert finding.severity == "warning"
     assert finding.value == pytest.approx(19.3 * 3.7, rel=0.05)
-    assert float(finding.text.split()[-1]) == pytest.approx(19.3, rel=0.05)
+    pair = re.search(r"steering ratio \(the file has (\S+), (\S+) fits\)", finding.text)
+    assert float(pair[1]) == ratio and float(pair[2]) == pytest.approx(19.3, rel=0.05)
+    assert ("lifted axle" in finding.text) == (abs(19.3 / ratio - 1.0) < 0.2)
 
 
 @pytest.mark.parametrize("habit", [{"play_deg": 15.0}, {"lag_s": 0.4}, {"lag_s": 0.0}], ids=str)

@@ -29,6 +29,14 @@ def cut(signals: Signals, name: str, *, late_s: float = 0.0, early_s: float = 0.
     return replace(signals, table=signals.table.with_columns(pl.Series(column, values)))
 
 
+NOT_USED = "That time is not used; the offset is not affected"
+
+
+def test_a_signal_that_is_absent_for_a_good_part_of_the_log_affects_the_offset() -> None:
+    (found,) = of_code(check(cut(drive(), "yaw_rate", early_s=60.0), TRUCK).findings, "signal_ended_early")
+    assert "The offset uses only the time with this signal" in found.text and "not affected" not in found.text
+
+
 def with_holes(signals: Signals, every_s: float, length_s: float) -> Signals:
     """Of each `every_s` seconds the last `length_s` are lost."""
     since = (pl.col("time_s") - pl.col("time_s").first()) % every_s
@@ -45,7 +53,9 @@ def test_a_signal_that_ends_before_its_log_is_reported_in_seconds(name: str, ear
     ended = cut(drive(), name, early_s=early_s)
     for findings in (check(ended, TRUCK).findings, oc.offset(ended, TRUCK).findings):
         (found,) = of_code(findings, "signal_ended_early")
-        assert found.text == f"the {name.replace('_', ' ')} ends {written} s before the log"
+        assert (
+            found.text == f"the {name.replace('_', ' ')} signal stops {written} s before the end of the log. {NOT_USED}"
+        )
         assert (found.severity, found.unit) == ("info", "s")
         assert found.value == pytest.approx(early_s)
 
@@ -54,7 +64,7 @@ def test_a_signal_that_begins_after_its_log_is_reported_with_its_seconds() -> No
     late = cut(drive(), "yaw_rate", late_s=2.0)
     for findings in (check(late, TRUCK).findings, oc.offset(late, TRUCK).findings):
         (found,) = of_code(findings, "signal_began_late")
-        assert found.text == "the yaw rate begins 2.0 s after the log"
+        assert found.text == f"the yaw rate signal starts 2.0 s after the start of the log. {NOT_USED}"
 
 
 def test_a_slow_signal_that_ends_within_its_period_is_no_finding() -> None:
@@ -79,7 +89,10 @@ def test_a_log_with_gaps_is_reported_with_its_recorded_time() -> None:
     holed = with_holes(drive(duration_s=1300.0), 40.0, 10.0)
     for findings in (check(holed, TRUCK).findings, oc.offset(holed, TRUCK).findings):
         (found,) = of_code(findings, "recording_has_holes")
-        assert found.text == "16 of 22 minutes are recorded; there are 32 gaps of up to 10 s"
+        assert found.text == (
+            "16 of 22 minutes are recorded; there are 32 gaps of up to 10 s. The offset uses the recorded time only. "
+            "Check the logger"
+        )
         assert found.severity == "warning"
         assert found.value == pytest.approx(320.0)
 
@@ -112,7 +125,7 @@ def test_the_command_line_reports_gaps_in_words_and_json(tmp_path: Path, capsys:
     for verb in ("signals", "offset"):
         said = told([verb, str(log), "--vehicle", str(truck)], capsys)
         assert "7.5 of 9.8 minutes are recorded; there are 14 gaps of up to 10 s" in said
-        assert "steering wheel angle ends 1.0 s before the log" in said
+        assert "steering wheel angle signal stops 1.0 s before the end of the log" in said
         codes = {
             each["code"]
             for each in json.loads(told([verb, str(log), "--vehicle", str(truck), "--json"], capsys))["findings"]
@@ -132,4 +145,5 @@ def told(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
 
 def test_the_report_has_the_finding(tmp_path: Path) -> None:
     oc.report(oc.offset(cut(drive(), "steering_wheel_angle", early_s=1.0), TRUCK), tmp_path / "page.html")
-    assert "teering wheel angle ends 1.0 s before the log" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "teering wheel angle signal stops 1.0 s before the end of the log" in page

@@ -140,13 +140,19 @@ def _with_all(drives: Sequence[Signals], wanted: Sequence[str]) -> tuple[list[Si
 def _left_out(refusals: Sequence[OncenterError]) -> list[Finding]:
     from oncenter.offset.findings import Finding
 
-    return [Finding("log_left_out", "warning", f"a log was left out: {error}") for error in refusals]
+    return [
+        Finding("log_left_out", "warning", f"a log was left out: {error}. The offset is estimated from the other logs")
+        for error in refusals
+    ]
 
 
 def _given_twice(twice: Sequence[Path]) -> list[Finding]:
     from oncenter.offset.findings import Finding
 
-    return [Finding("log_given_twice", "warning", f"{log} is given twice; it is used once") for log in twice]
+    return [
+        Finding("log_given_twice", "warning", f"{log} is given twice; it is used once. The offset is not affected")
+        for log in twice
+    ]
 
 
 def _overlaps(drives: Sequence[Signals]) -> list[Finding]:
@@ -161,8 +167,8 @@ def _overlaps(drives: Sequence[Signals]) -> list[Finding]:
         Finding(
             "logs_overlap",
             "warning",
-            f"{one.log} and {other.log} overlap in time for {min(span(one)[1], span(other)[1]) - span(other)[0]:.0f} s:"
-            " this part is used twice",
+            f"{one.log} and {other.log} overlap in time for {min(span(one)[1], span(other)[1]) - span(other)[0]:.0f} s."
+            " This part is used twice, so the interval of the offset is too narrow. Give only one of the two logs",
         )
         for one, other in pairwise(dated)
         if span(other)[0] < span(one)[1]

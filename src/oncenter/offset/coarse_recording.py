@@ -126,4 +126,6 @@ def _of_steps(native: Mapping[str, Any], step: float) -> Finding:
     wider_deg = 1.96 * abs(native["offset_per_yaw_rate_bias"]) * _ROUNDED_SD * step / DEGREE
     if wider_deg > 0.0:
         text += f". They add ±{wider_deg:.1f} deg to the interval of the offset, which longer driving does not reduce"
+    else:
+        text += ". The offset is less certain"
     return from_table("yaw_rate_coarse", f"{text}. Record the yaw rate in finer steps", step / DEGREE)

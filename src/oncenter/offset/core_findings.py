@@ -11,7 +11,7 @@ from typing import Any
 
 from oncenter import _core
 from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, demand, from_table, most_severe_first
-from oncenter.signals import DEGREE
+from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 # Smallest values that are reported; tuned, since a healthy truck shows less.
 _OFFSET_REPORTED_FROM_DEG = 2.5  # Table 1: hysteresis of a healthy sensor
@@ -32,6 +32,7 @@ _FAULTS = {
 YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # a larger one is corrected as well, but the sensor needs a check
 _ALARM_PASSING_S = 30.0  # left out: a CUSUM's false alarm, 15 s on one healthy motorway drive of 14
 _KM_H = 3.6
+_JOINT_ALLOWS_FOR_IT = "The interval of the offset allows for both (method joint)"
 
 
 def yaw_rate_at_standstill(bias: float, standing_s: float, *, from_vdc2: bool) -> Finding | None:
@@ -53,13 +54,17 @@ def _yaw_rate(bias: float, when: str, *, from_vdc2: bool) -> Finding | None:
     return from_table("yaw_rate_bias", text, bias / DEGREE)
 
 
-def lateral_acceleration_at_standstill(reading: float, standing_s: float) -> Finding | None:
-    """None where the reading (m/s^2, mean over `standing_s` s) is small."""
+def lateral_acceleration_at_standstill(
+    reading: float, standing_s: float, effect: str = _JOINT_ALLOWS_FOR_IT
+) -> Finding | None:
+    """None where the reading (m/s^2, mean over `standing_s` s) is small; `effect` on the offset in words."""
     if abs(reading) < _STANDING_ACCELERATION_REPORTED_FROM_M_S2:
         return None
+    slope = abs(reading) / STANDARD_GRAVITY * 100.0
     text = (
-        f"the accelerometer reads {reading:+.2f} m/s^2 at standstill (mean of {standing_s:.1f} s). This is its bias, "
-        "the slope of the ground, or both. Stand on level ground to separate them"
+        f"the accelerometer reads {reading:+.2f} m/s^2 at standstill (mean of {standing_s:.1f} s). The cause is its "
+        f"bias, or ground that slopes down to the {'right' if reading > 0 else 'left'} (by {slope:.1f} %), or both. "
+        f"{effect}. Park the truck on level ground and record again"
     )
     return from_table("lateral_acceleration_at_standstill", text, reading)
 
@@ -68,8 +73,9 @@ def relative_angle_sensor() -> Finding:
     """For an angle sensor that reports an arbitrary zero."""
     return from_table(
         "relative_angle_sensor",
-        "the steering wheel angle sensor is a relative one (SPN 1812 = 0): its zero can change by whole turns at each "
-        "ignition. The offset is given modulo 360 deg",
+        "the steering wheel angle sensor is a relative one: its zero can change at each ignition. Whole turns of the "
+        "steering wheel are left out of the offset. The offset is valid for this ignition only. Do not store it as a "
+        "correction",
     )
 
 
@@ -103,7 +109,7 @@ def findings_of(
         _offset(native),
         _yaw_rate_bias(native, method, yaw_rate_from_vdc2),
         _yaw_rate_bias_moves(native, method, measures_banks),
-        _standing_acceleration(native),
+        _standing_acceleration(native, method, measures_banks),
         relative_angle_sensor() if relative_sensor else None,
         *of_method,
     ]
@@ -126,7 +132,11 @@ def _sensor_fault(native: Mapping[str, Any], angle_ends: str | None) -> Finding 
     fault = _core.FAULTS[int(native["fault"])]
     since = f" since {angle_ends}" if angle_ends is not None else " any more"
     what = f"there is no steering wheel angle{since} while the truck drives" if fault == "lost" else _FAULTS[fault]
-    check = "its sign in the [signals] table" if fault == "wrong_sign" else "the sensor, its mounting and its wiring"
+    check = (
+        "its sign in the [signals] table of the vehicle file"
+        if fault == "wrong_sign"
+        else "the sensor, its mounting and its wiring"
+    )
     text = f"{what}. The offset was estimated before this fault and is not valid now. Check {check}"
     return from_table("steering_wheel_angle_sensor_at_fault", text)
 
@@ -138,8 +148,8 @@ def _missing(native: Mapping[str, Any]) -> Finding | None:
         return None
     return from_table(
         "signals_not_available",
-        f"a signal that the method needs is not available for {missing_s:.0f} s of {native['duration']:.0f} s. This "
-        "time is not used. Check the sender and the logger",
+        f"a signal that the method needs is not available for {missing_s:.0f} s of {native['duration']:.0f} s. The "
+        "offset does not use this time. Find the signal with oncenter signals, and check its sender and the logger",
         missing_s,
     )
 
@@ -180,8 +190,8 @@ def _gate_shut(native: Mapping[str, Any], params: Mapping[str, float], method: s
     reason = max(limits, key=lambda name: _rejected(native, name))
     words, param, unit, instead = limits[reason]
     text = (
-        f"none of the {fast_s:.0f} s above {km_h(params[f'{of}speed_min_m_s'])} can be used: most are rejected by the "
-        f"{words} of {params[param]:g} {unit} ({param})"
+        f"none of the {fast_s:.0f} s above {km_h(params[f'{of}speed_min_m_s'])} can be used, so no offset is "
+        f"estimated. Most are rejected by the {words} of {params[param]:g} {unit} ({param})"
     )
     if reason == "bank" and method != "joint":
         mean = native["bank_mean"]
@@ -205,8 +215,10 @@ def _offset(native: Mapping[str, Any]) -> Finding | None:
         return None
     return from_table(
         "steering_wheel_angle_offset",
-        f"the steering wheel angle sensor reads {value:+.1f} deg when the truck drives straight ahead. Calibrate the "
-        "sensor. If the steering wheel itself is not level then, check the wheel alignment first",
+        f"the steering wheel angle sensor reads {value:+.1f} deg (to the {'left' if value > 0 else 'right'}) when the "
+        f"truck drives straight ahead. This offset is valid and beyond the {_OFFSET_REPORTED_FROM_DEG:g} deg of a "
+        "healthy sensor. Calibrate the sensor. If the steering wheel itself is not level then, check the wheel "
+        "alignment first",
         value,
     )
 
@@ -221,12 +233,16 @@ def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> F
         if rolled_s > 0
         else yaw_rate_at_standstill(bias["value"], bias["evidence"], from_vdc2=from_vdc2)
     )
-    if finding is None or native["used"] == 0 or method == "wheel-speed":
-        return finding
+    if finding is None:
+        return None
+    if method == "wheel-speed":
+        return replace(finding, text=f"{finding.text}. The offset is not affected: this method uses no yaw rate")
+    large = abs(bias["value"]) / DEGREE > YAW_RATE_BIAS_LARGE_DEG_S
+    check = ". It is large: check the sensor and its mounting" if large else ""
+    if native["used"] == 0:
+        return replace(finding, text=f"{finding.text}. No offset is estimated from this drive{check}")
     if method == "joint":
-        large = abs(bias["value"]) / DEGREE > YAW_RATE_BIAS_LARGE_DEG_S
-        check = ". It is large: check the sensor and its mounting" if large else ""
-        text = f"{finding.text}. The offset is corrected for this bias{check}"
+        text = f"{finding.text}. The offset is corrected for this bias{check or '; no action is necessary'}"
         return replace(finding, text=text, severity="warning" if large else "info")
     effect = abs(native["offset_per_yaw_rate_bias"] * bias["value"]) / DEGREE
     side = "low" if bias["value"] > 0 else "high"
@@ -246,8 +262,8 @@ def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str, measures_banks:
     passing = method == "joint" and identified_again and (not measures_banks or moving_s <= _ALARM_PASSING_S)
     moved = "or a wheel radius" if measures_banks else "a wheel radius or the road bank (not measured)"
     separator = "" if measures_banks else ","
-    unused = ". The offset does not use this time" if method == "joint" else ""
-    again = "" if identified_again else ". The bias is not identified again since then"
+    unused = ". The offset does not use this time" if method == "joint" else ". This method does not allow for it"
+    again = "" if identified_again else ". The bias is not identified again since then; the offset is less certain"
     check = "" if passing else ". Check the yaw rate sensor, the tyre sizes and the tyre pressures"
     return from_table(
         "yaw_rate_bias_moves",
@@ -258,11 +274,18 @@ def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str, measures_banks:
     )
 
 
-def _standing_acceleration(native: Mapping[str, Any]) -> Finding | None:
+def _standing_acceleration(native: Mapping[str, Any], method: str, is_used: bool) -> Finding | None:
+    """`is_used`: the method uses the accelerometer."""
     reading = native["standstill_lateral_acceleration"]
     if status_of(reading) != "valid":
         return None
-    return lateral_acceleration_at_standstill(reading["value"], reading["evidence"])
+    if not is_used or method == "wheel-speed":
+        effect = "The offset is not affected: it is estimated without the accelerometer"
+    elif method == "joint":
+        effect = "The interval of the offset allows for both"
+    else:
+        effect = "This method does not correct the offset for a bias; --method joint does"
+    return lateral_acceleration_at_standstill(reading["value"], reading["evidence"], effect)
 
 
 def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
@@ -273,7 +296,8 @@ def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding
     return from_table(
         "not_enough_evidence",
         f"only {native['used']:.0f} s of nearly straight driving above {speed} can be used; this method needs "
-        f"{params['offset_evidence_min_s']:g} s. Drive at least {demand(lacking)} more on a straight road",
+        f"{params['offset_evidence_min_s']:g} s. There is no valid offset so far. "
+        f"Drive at least {demand(lacking)} more on a straight road",
         lacking,
     )
 
@@ -292,7 +316,10 @@ def _understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Findi
         if lacking > 0
         else f"Drive {bends} to both sides equally; an accelerometer bias makes them look one-sided"
     )
-    text = f"the understeer gradient is not identified and is taken as zero. {action}"
+    text = (
+        "the understeer gradient is not identified and is taken as zero. The interval of the offset allows for this. "
+        f"{action}"
+    )
     return from_table("understeer_gradient_unknown", text, lacking)
 
 
@@ -301,7 +328,8 @@ def _understeer_by_wheels(native: Mapping[str, Any]) -> Finding | None:
         return None
     return from_table(
         "understeer_gradient_unknown",
-        "the understeer gradient is taken as zero: without an accelerometer, a banked bend looks like a gentle one",
+        "the understeer gradient is taken as zero: without an accelerometer, a banked bend looks like a gentle one. "
+        "The interval of the offset allows for this",
     )
 
 

@@ -114,7 +114,7 @@ def check_without(unfit: Sequence[Finding], drives: Sequence[Signals], needed: S
     except OncenterError as error:
         if error.code != "missing_signal" or not unfit:
             raise
-        why = "; ".join(finding.text for finding in unfit)
+        why = "; ".join(finding.text.partition(". ")[0] for finding in unfit)  # what was observed: no offset follows
         raise OncenterError(f"{error}; {why}", code=error.code, needs=error.needs) from None
 
 

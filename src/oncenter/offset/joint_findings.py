@@ -34,8 +34,8 @@ _CAUSES: Mapping[Name, str] = {
     "mean_wind": "a mean crosswind",
     "axle_set_up": "an axle set up for the road crown",
 }
-_WHEELBASE_REPORTED_FROM = 0.04  # share: tyres and load change the one of (10) by less
-_LOADED_FROM_S = 0.5  # less is printed as "only left-hand loading"
+_WHEELBASE_REPORTED_FROM = 0.04  # share: tyres and payload change the one of (10) by less
+_LOADED_FROM_S = 0.5  # less is printed as "to the left only"
 
 
 def joint_findings(
@@ -96,8 +96,8 @@ def _change(change: Change) -> Finding | None:
     if change.size_rad is None or change.sd_rad is None:
         return from_table(
             "bends_changed",
-            f"{when} the steering wheel angle in bends changed, as after loading the truck or lifting an axle. The "
-            "offset is not affected; the understeer gradient is estimated anew from there",
+            f"{when} the steering wheel angle in bends changed, as with another payload or a lifted axle. The offset "
+            "is not affected; the understeer gradient is estimated again from there on",
             change.into_log_s,
         )
     before, after = change.offset_before_rad / DEGREE, change.offset_after_rad / DEGREE
@@ -105,24 +105,26 @@ def _change(change: Change) -> Finding | None:
     if abs(size) < half_width:
         return None
     course = f"by {size:+.1f} ±{half_width:.1f} deg, from {before:+.1f} to {after:+.1f} deg"
+    used = "The reported offset is the one after the last change"
     if abs(after) < _OFFSET_CORRECTED_DEG and abs(before) > _OFFSET_LARGE_DEG:
         return from_table(
             "offset_corrected_by_sender",
             f"{when} the offset began to change {course}. The sender corrects its angle itself, or the sensor was "
-            "calibrated. Do not correct it a second time",
+            f"calibrated. {used}. Do not correct it a second time",
             size,
         )
     if change.kind == "straight_ahead":
         return from_table(
             "straight_ahead_moved",
-            f"{when} the straight-ahead offset changed {course}. Another load or ride height, or a lasting crosswind, "
-            "can do this. If it stays, check whether the sensor moved",
+            f"{when} the straight-ahead offset changed {course}. Another payload or ride height, or a lasting "
+            f"crosswind, can cause this. {used}. If the next drive shows the same, check whether the sensor is loose "
+            "or was replaced",
             size,
         )
     return from_table(
         "offset_changed",
         f"{when} the offset changed {course}. The sensor or the steering wheel was remounted, or the wheels were "
-        "aligned. The reported offset is the one after the change",
+        f"aligned. {used}. If nobody worked on the truck, check the sensor, its mounting and the wheel alignment",
         size,
     )
 
@@ -132,12 +134,14 @@ def _play(native: Mapping[str, Any]) -> Finding | None:
     value = play["value"] / DEGREE
     if status_of(play) != "valid" or value < PLAY_STANDARD_DEG:
         return None
-    sure = value - 1.96 * play["standard_deviation"] / DEGREE > PLAY_STANDARD_DEG
+    half_width = 1.96 * play["standard_deviation"] / DEGREE
+    limit = f"the maintenance limit of {PLAY_STANDARD_DEG:g} deg"
+    sure = value - half_width > PLAY_STANDARD_DEG
     return from_table(
         "steering_play",
-        f"the steering has {value:.1f} deg of free play at the steering wheel, friction included: "
-        f"{'more than' if sure else 'about'} the {PLAY_STANDARD_DEG:g} deg of the maintenance standard. Check the "
-        "steering joints for wear",
+        f"the steering has {value:.1f} ±{max(half_width, 0.1):.1f} deg of free play at the steering wheel. "
+        f"{f'This is more than {limit}' if sure else f'{limit.capitalize()} is reached'}. The offset is not affected. "
+        "Check the steering joints for wear",
         value,
     )
 
@@ -154,20 +158,29 @@ def _unloading(
         or abs(a_0) - half_width < _NEUTRAL_REPORTED_FROM_M_S2
     ):
         return None
+    pull = params["known_pull_m_s2"] if params["known_pull_sd_m_s2"] > 0.0 else 0.0
+    moved = steering_ratio * native["understeer_gradient"]["value"] * (a_0 - pull) / DEGREE
     text = (
-        f"the steering carries no load where the accelerometer reads {a_0:+.2f} ±{max(half_width, 0.01):.2f} m/s^2, "
-        "not at zero. The cause is an accelerometer bias, a pull by the wheel alignment or a steady crosswind. One "
-        "drive cannot separate them; drives at other loads can"
+        f"the front axle is free of lateral force where the accelerometer reads {a_0:+.2f} "
+        f"±{max(half_width, 0.01):.2f} m/s^2 (to the {'left' if a_0 > 0 else 'right'}), not at zero. The cause is an "
+        "accelerometer bias, a pull by the wheel alignment or a steady crosswind. One drive cannot separate them. Its "
+        f"offset takes all{' except the configured pull' if pull else ''} as bias; with a pull or wind instead, it is "
+        f"{_lower(moved)}. The interval of the offset allows for a usual pull and wind. If the truck pulls to one "
+        "side, check the wheel alignment. Drives "
+        "with another payload separate the causes"
     )
     crown = traffic_sign * params["crown_m_s2"]
     doubt = 1.96 * math.hypot(found["standard_deviation"], params["crown_sd_m_s2"])
     if crown != 0.0 and abs(a_0 - crown) < doubt:
-        moved = steering_ratio * native["understeer_gradient"]["value"] * a_0 / DEGREE
         text += (
             f". An axle set up for the road crown (about {crown:+.1f} m/s^2 here) is possible as well: then the offset "
-            f"is {abs(moved):.1f} deg {'lower' if moved > 0 else 'higher'}"
+            f"is also {_lower(moved)}"
         )
     return from_table("unloading_off_zero", text, a_0)
+
+
+def _lower(by_deg: float) -> str:
+    return f"{abs(by_deg):.1f} deg {'lower' if by_deg > 0 else 'higher'}"
 
 
 def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign: float) -> Finding | None:
@@ -187,8 +200,8 @@ def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign:
     return from_table(
         "roads_fall_to_other_side",
         f"the roads of this drive slope down to the {observed} by {abs(fell) * percent:.1f} ±{doubt * percent:.1f} %; "
-        f"where traffic keeps {expected}, most slope down to the {expected}. If other drives show the same, correct "
-        "'traffic_side' in the vehicle file",
+        f"where traffic keeps {expected}, most slope down to the {expected}. The offset uses 'traffic_side' of the "
+        "vehicle file and is less certain. If other drives show the same, correct 'traffic_side'",
         fell * percent,
     )
 
@@ -206,12 +219,12 @@ def _accelerometer_moves(native: Mapping[str, Any], params: Mapping[str, float])
     if native["accelerometer_runs_away"]:
         text = (
             f"the zero of the accelerometer moved by about {moved:.1f} m/s^2, more than road bank can explain. The "
-            "offset is not valid with it. Check the sensor, or use --no-accelerometer"
+            "offset is not valid. Check the sensor, or use --no-accelerometer"
         )
         return from_table("lateral_acceleration_moves", text, moved)
     text = (
         f"the zero of the accelerometer seems to drift: one-minute means differ by {moved:.1f} m/s^2. A sensor that "
-        "warms up or a changing wind does this. The interval of the offset includes it"
+        "warms up or a changing wind causes this. The interval of the offset allows for it"
     )
     return from_table("lateral_acceleration_moves", text, moved, severity="info")
 
@@ -238,6 +251,7 @@ def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding
     return from_table(
         "not_enough_evidence",
         f"only {native['used']:.0f} s of driving can be used; the estimate needs {params['joint_evidence_min_s']:g} s. "
+        "There is no valid offset so far. "
         f"Drive at least {demand(lacking)} more above {km_h(params['joint_speed_min_m_s'])}, with bends to both sides",
         lacking,
     )
@@ -255,22 +269,22 @@ def _missing_loading(native: Mapping[str, Any], params: Mapping[str, float]) -> 
         return None
     return from_table(
         "one_flank_seen",
-        f"{_loading_words(native, lacking)}, so free play and offset cannot be separated. Drive "
-        f"{bends_demand(lacking)}",
+        f"{_loading_words(native, lacking)}, so free play and offset cannot be separated. The offset is not valid. "
+        f"Drive {bends_demand(lacking)}",
         sum(lacking.values()),
     )
 
 
 def _loading_words(native: Mapping[str, Any], lacking: Mapping[str, float]) -> str:
-    """How little the steering was loaded to the lacking sides."""
+    """How little lateral force there was to the lacking sides."""
     if len(lacking) == 2:
         left, right = (f"{native[f'loaded_{side}_s']:.0f}" for side in ("left", "right"))
-        return f"the steering was loaded to the left for only {left} s and to the right for only {right} s"
+        return f"the front axle had lateral force to the left for only {left} s and to the right for only {right} s"
     (side,) = lacking
     loaded_s = native[f"loaded_{side}_s"]
     if loaded_s < _LOADED_FROM_S:
-        return f"only {_opposite(side)}-hand loading occurred"
-    return f"the steering was loaded to the {side} for only {loaded_s:.0f} s"
+        return f"the front axle had lateral force to the {_opposite(side)} only"
+    return f"the front axle had lateral force to the {side} for only {loaded_s:.0f} s"
 
 
 def _opposite(side: str) -> str:
@@ -385,7 +399,7 @@ def _zero(params: Mapping[str, float]) -> str:
 def _reason_of_play(native: Mapping[str, Any]) -> str:
     """The loading that is missing to identify it."""
     lacking = _lacking_sides(native)
-    return f" because of too little {' and '.join(f'{side}-hand' for side in lacking)} loading" if lacking else ""
+    return f" because of too little lateral force to the {' and to the '.join(lacking)}" if lacking else ""
 
 
 def _more_loading(native: Mapping[str, Any]) -> str:

@@ -143,8 +143,9 @@ def _finding(change: Change, before: Sequence[Signals]) -> Finding:
     text = (
         f"between {before[-1].log} and {change.log} the straight-ahead offset changed by {size:+.1f}"
         f" ±{1.96 * change.sd_rad / DEGREE:.1f} deg, from {number(change.offset_before_rad, 1)} to"
-        f" {number(change.offset_after_rad, 1)} deg. The reported offset uses the logs from {change.log} on. For the"
-        f" offset before, answer {names} separately"
+        f" {number(change.offset_after_rad, 1)} deg. The reported offset uses only the logs from {change.log} on. If"
+        " nobody worked on the truck, check the sensor and its mounting. For the offset before, run oncenter offset"
+        f" with {names} only"
     )
     return from_table("offset_changed" if change.kind == "offset" else "straight_ahead_moved", text, size)
 
@@ -192,7 +193,7 @@ def _interval(sd: float, drive_sd: float, pull: float, pull_sd_m_s2: float) -> F
 
 def _another_load() -> Finding:
     text = (
-        "the understeer gradients of the logs differ by less than 20 %, so the loads are similar. A pull and an"
-        " accelerometer bias are hardly separated. Add logs at another load"
+        "the understeer gradients of the logs differ by less than 20 %, so the payloads are similar. Such logs hardly"
+        " separate a pull from an accelerometer bias, so the offset is less certain. Add logs with another payload"
     )
     return from_table("another_load_would_help", text)

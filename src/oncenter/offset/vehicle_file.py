@@ -108,10 +108,11 @@ def finding(fitted: Vehicle, given: Vehicle) -> Finding:
 
 def fit_words(share: float, wheelbase_m: float, steering_ratio: float) -> str:
     """Of a product that is larger than the vehicle file's by a share, negative where it is smaller."""
-    axle = "" if abs(share) > FAR_OFF else "; a lifted axle does the same"
+    axle = "" if abs(share) > FAR_OFF else ". A lifted axle causes the same; then no action is necessary"
     return (
-        f"bends need {abs(share) * 100:.0f} % {'more' if share > 0 else 'less'} steering wheel angle than the vehicle "
-        f"file predicts. Check the wheelbase ({wheelbase_m * (1.0 + share):.2f} m fits, {wheelbase_m:.2f} m given) or "
-        f"the steering ratio ({steering_ratio * (1.0 + share):.1f} fits, {steering_ratio:.1f} given){axle}. The offset "
-        "uses the fitted value"
+        f"bends need {abs(share) * 100:.0f} % {'more' if share > 0 else 'less'} steering wheel angle than calculated "
+        "from the vehicle file. Either the wheelbase is wrong (the file has "
+        f"{wheelbase_m:.2f} m, {wheelbase_m * (1.0 + share):.2f} m fits), or the steering ratio (the file has "
+        f"{steering_ratio:.1f}, {steering_ratio * (1.0 + share):.1f} fits). The offset is not affected: it uses the "
+        f"fitted value. Correct the vehicle file{axle}"
     )

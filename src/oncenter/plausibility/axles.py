@@ -16,6 +16,7 @@ from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Column, Drive
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations
 from oncenter.plausibility.presence import resolution
 from oncenter.plausibility.signs_and_units import confirming_yaw_rate
+from oncenter.plausibility.verdict import SIGNALS_TABLE
 from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.vehicle import Vehicle
 
@@ -33,6 +34,7 @@ _EBC2_STEP_M_S = 1.0 / 16.0 / 3.6
 _MEAN_PER_SPEED = (0.8, 1.25)  # tyre size and wear change far less
 _KM_H = 3.6
 _KM_H_WITHIN = 0.1
+_NEARLY_SAME = 0.2  # share of the expected difference
 
 _Kind = Literal["unit", "reversed", "small", "large", "lag"]
 
@@ -208,7 +210,7 @@ def _tracks_m(drive: Drive, axle: Axle) -> tuple[float, float]:
     return _TRACKS_M if track is None else (track, track)
 
 
-_NOT_USED = "The yaw rate bias is estimated without them"
+_NOT_USED = "The offset is estimated from the other signals, without these wheel speeds"
 
 
 def _finding(found: list[_Mismatch]) -> Finding:
@@ -223,7 +225,7 @@ def _unit(axles: str, value: float) -> tuple[str, float, str]:
     for factor, mistake in ((_KM_H, "km/h read as m/s"), (1.0 / _KM_H, "m/s read as km/h")):
         if abs(value / factor - 1.0) < _KM_H_WITHIN:
             size = f"too {'large' if factor > 1.0 else 'small'} by a factor of {_KM_H:g} ({mistake})"
-            return f"the {axles} wheel speeds are {size}. {{}}. Correct their unit in [signals]", value, "1"
+            return f"the {axles} wheel speeds are {size}. {{}}. Correct their unit in {SIGNALS_TABLE}", value, "1"
     text = f"the {axles} wheel speeds are {value:.3g} times the vehicle speed. {{}}. Check their unit, e.g. rpm"
     return text, value, "1"
 
@@ -231,23 +233,25 @@ def _unit(axles: str, value: float) -> tuple[str, float, str]:
 def _reversed(axles: str, value: float) -> tuple[str, float, str]:
     text = (
         f"left and right are exchanged in the {axles} wheel speeds: the sign of their difference is reversed. {{}}. "
-        "Exchange their names in [signals]"
+        f"Exchange their names in {SIGNALS_TABLE}"
     )
     return text, value, "1"
 
 
 def _small(axles: str, value: float) -> tuple[str, float, str]:
+    same = "are nearly the same" if value < _NEARLY_SAME else "differ too little"
     text = (
-        f"the difference of the {axles} wheel speeds is only {100 * value:.0f} % of track width times yaw rate. A "
-        "locked differential, or one speed sent for both wheels, does this. {}"
+        f"the left and right {axles} wheel speeds {same} in bends ({max(100 * value, 0):.0f} % of the expected "
+        "difference). A locked differential, or one speed sent for both wheels, causes this. {}. With a locked "
+        "differential, no action is necessary"
     )
     return text, value, "1"
 
 
 def _large(axles: str, value: float) -> tuple[str, float, str]:
     text = (
-        f"the difference of the {axles} wheel speeds is {value:.1f} times track width times yaw rate. {{}}. Check "
-        "their unit and the track width"
+        f"the left-right difference of the {axles} wheel speeds is {value:.1f} times the expected one in bends. {{}}. "
+        "Check their unit, and the track width in the vehicle file"
     )
     return text, value, "1"
 
@@ -255,8 +259,8 @@ def _large(axles: str, value: float) -> tuple[str, float, str]:
 def _lag(axles: str, value: float) -> tuple[str, float, str]:
     order = "after" if value > 0.0 else "before"
     text = (
-        f"the difference of the {axles} wheel speeds comes {1e3 * abs(value):.0f} ms {order} the yaw rate; at most "
-        f"{1e3 * _LAG_MAX_S:.0f} ms is plausible. {{}}. Check the time stamps and filters of both"
+        f"the left-right difference of the {axles} wheel speeds comes {1e3 * abs(value):.0f} ms {order} the yaw "
+        f"rate; at most {1e3 * _LAG_MAX_S:.0f} ms is plausible. {{}}. Check the time stamps and filters of both"
     )
     return text, 1e3 * value, "ms"
 

@@ -54,7 +54,7 @@ def _beyond(subject: str, found_s: tuple[float, float], limits: tuple[float, flo
         return None
     lag_ms = 1e3 * sum(found_s) / 2
     text = (
-        f"the {subject} is {lag_ms:.0f} ms; {1e3 * low:.0f} to {1e3 * high:.0f} ms is plausible. Check the time stamps "
-        "and the filters of the sensors"
+        f"the {subject} is {lag_ms:.0f} ms; {1e3 * low:.0f} to {1e3 * high:.0f} ms is plausible. The offset is less "
+        "certain. Check the time stamps and the filters of the sensors"
     )
     return text, lag_ms

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from oncenter.offset.findings import Finding
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive, without_absurd
-from oncenter.plausibility.verdict import words
+from oncenter.plausibility.verdict import SIGNALS_TABLE, words
 from oncenter.read.clock import RATE_SLACK, RECORDED_MIN_HZ
 from oncenter.signals import DEGREE, SIGNALS, Signals
 
@@ -42,9 +42,9 @@ def missing(drive: Drive) -> list[Finding]:
             "error" if name in NEEDED else "info",
             f"the log has no {words(name)}. "
             + (
-                "The offset cannot be estimated without it"
+                "No offset can be estimated"
                 if name in NEEDED
-                else "Road bank and understeer then rest on yaw rate times speed alone"
+                else "The offset can be estimated with --no-accelerometer only, and is less certain"
             ),
         )
         for name in USEFUL
@@ -58,18 +58,22 @@ def availability(drive: Drive) -> list[Finding]:
         share = float(np.isnan(drive.ticks(name)).mean())
         if share > _NOT_AVAILABLE:
             text = (
-                f"the {words(name)} has no value for {100 * share:.0f} % of the time. Check its sender and the logger"
+                f"the {words(name)} has no value for {100 * share:.0f} % of the time. The offset does not use this "
+                "time. Check its sender and the logger"
             )
             found.append(Finding("signal_not_available", "warning", text, 100 * share, "%"))
         rate_hz = drive.signals.sources[name].rate_hz
         if 0 < rate_hz < _SLOWEST_HZ:
-            text = f"the {words(name)} comes at only {rate_hz:.3g} Hz, too slow to follow steering. Record it faster"
+            text = (
+                f"the {words(name)} comes at only {rate_hz:.3g} Hz, too slow to follow steering. The offset is less "
+                "certain. Record it faster"
+            )
             found.append(Finding("signal_slow", "warning", text, rate_hz, "Hz"))
         changes_hz = held_rate_hz(drive.signals, name)
         if changes_hz is not None:
             text = (
                 f"the {words(name)} changes only {changes_hz:.2g} times a second and repeats its last value between. "
-                "Record it faster"
+                "The offset is less certain. Record it faster"
             )
             found.append(Finding("signal_slow", "warning", text, changes_hz, "Hz"))
     return found
@@ -102,8 +106,8 @@ def stuck(drive: Drive) -> list[Finding]:
     found: list[Finding] = []
     if _yaws_while_standing(drive):
         text = (
-            "the vehicle speed reads zero all the time: the truck turns meanwhile, as the yaw rate shows. Check its "
-            "name and source in [signals]"
+            "the vehicle speed is zero in the whole log: this is wrong, because the yaw rate shows bends. No offset is "
+            f"estimated. Check its name and source in {SIGNALS_TABLE}"
         )
         whole_s = (len(drive.ticks("vehicle_speed")) - 1) / drive.signals.rate_hz
         found.append(Finding("vehicle_speed_zero", "error", text, whole_s, "s"))
@@ -129,8 +133,8 @@ def _runs_of_one_number(drive: Drive, name: str) -> list[slice]:
 def _stuck(drive: Drive, name: str, runs: list[slice]) -> Finding:
     same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
     text = (
-        f"the {words(name)} stays at one value for {same_s:.0f} s while the vehicle rolls. It seems stuck: check the "
-        "sensor and the recording"
+        f"the {words(name)} stays at one value for {same_s:.0f} s while the truck rolls. It seems stuck: the offset "
+        "of this drive is not reliable. Check the sensor and the recording, and record again"
     )
     return Finding("signal_stuck", "error", text, same_s, "s")
 
@@ -211,8 +215,8 @@ def coarse(drive: Drive) -> list[Finding]:
         step = coarse_step(drive.signals, name)
         if step is not None:
             text = (
-                f"the {words(name)} comes in steps of {step / factor:.3g} {unit}, which is coarse for this purpose. "
-                "Record it in finer steps"
+                f"the {words(name)} comes in steps of {step / factor:.3g} {unit}, which is coarse. The offset is less "
+                "certain. Record it in finer steps"
             )
             found.append(Finding("signal_coarse", "warning", text, step / factor, unit))
     return found

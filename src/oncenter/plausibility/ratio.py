@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.offset.findings import Finding
+from oncenter.offset.vehicle_file import fit_words
 from oncenter.plausibility.correlation import agreement, lag_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations
@@ -18,6 +19,7 @@ _BEND_1_M = 1 / 200  # tighter ones need several times the angle of any play
 _BEND_TIME_MIN_S = 10.0
 _SPEEDS_APART = 1.2  # between slow and fast bends; at one speed understeer and ratio are the same
 _OFF = 0.10
+_EXAMPLE_WHEELBASE_M = 4.0
 _HALF_WIDTH_MAX = 0.15  # of the value; a wider interval is not judged
 _BANK_MEAN_S = 1.0  # of the bank, longer than the accelerometer's noise
 _NEUTRAL_M_S2 = np.linspace(-0.6, 0.6, 25)  # lateral acceleration from the mean bank at which the flank may change
@@ -40,16 +42,17 @@ def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
         return CannotTell(subject, lacks(drive, NEEDED, bends + slowly))
     value, half_width = shown
     low, high = value - half_width, value + half_width
-    found = f"steering ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f} m)"
     expected = drive.ratio_times_wheelbase_m()
     if expected is None or drive.vehicle is None:
-        return Finding("ratio_times_wheelbase", "info", found, value, "m")
+        text = (
+            f"steering ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f} m): with a "
+            f"wheelbase of {_EXAMPLE_WHEELBASE_M:g} m, the steering ratio is {value / _EXAMPLE_WHEELBASE_M:.1f}. The "
+            "offset is not affected"
+        )
+        return Finding("ratio_times_wheelbase", "info", text, value, "m")
     if abs(value / expected - 1) <= _OFF or low <= expected <= high:
         return None
-    text = (
-        f"{found}; the vehicle file gives {expected:.1f} m. Check both values: with the given wheelbase and no lifted "
-        f"axle, the ratio is {value / drive.vehicle.wheelbase_m:.1f}"
-    )
+    text = fit_words(value / expected - 1.0, drive.vehicle.wheelbase_m, drive.vehicle.ratio_near_centre)
     return Finding("ratio_times_wheelbase", "warning", text, value, "m")
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -60,7 +61,9 @@ def _holes(drive: Recorded) -> list[Finding]:
     holes = f"there is 1 gap of {longest}" if count == 1 else f"there are {count} gaps of up to {longest}"
     lost_s = sum(drive.holes_s)
     severity = "warning" if lost_s > _LOST_SHARE_MAX * drive.whole_s else "info"
-    return [Finding("recording_has_holes", severity, f"{of_whole}; {holes}", lost_s, "s")]
+    action = ". Check the logger" if severity == "warning" else ""
+    text = f"{of_whole}; {holes}. The offset uses the recorded time only{action}"
+    return [Finding("recording_has_holes", severity, text, lost_s, "s")]
 
 
 def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
@@ -70,6 +73,7 @@ def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
     if not having.any():
         return []
     first_s, last_s = time[having][[0, -1]]
+    effect = partial(_effect, last_s - first_s)
     found: list[Finding] = []
     for name in names:
         column = SIGNALS[name].column
@@ -82,12 +86,19 @@ def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
         reported_from_s = max(_END_MIN_S, _END_PERIODS / rate_hz if rate_hz > 0.0 else 0.0)
         late_s, early_s = float(there[0] - first_s), float(last_s - there[-1])
         if late_s > reported_from_s:
-            text = f"the {words(name)} begins {_short(late_s)} s after the log"
+            text = f"the {words(name)} signal starts {_short(late_s)} s after the start of the log. {effect(late_s)}"
             found.append(Finding("signal_began_late", "info", text, late_s, "s"))
         if early_s > reported_from_s:
-            text = f"the {words(name)} ends {_short(early_s)} s before the log"
+            text = f"the {words(name)} signal stops {_short(early_s)} s before the end of the log. {effect(early_s)}"
             found.append(Finding("signal_ended_early", "info", text, early_s, "s"))
     return found
+
+
+def _effect(whole_s: float, lost_s: float) -> str:
+    """On the offset, of time without a signal at an end of the log."""
+    if lost_s > _LOST_SHARE_MAX * whole_s:
+        return "The offset uses only the time with this signal. Check its sender and the logger"
+    return "That time is not used; the offset is not affected"
 
 
 def _short(number: float) -> str:

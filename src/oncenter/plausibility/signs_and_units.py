@@ -10,7 +10,7 @@ import numpy as np
 from oncenter.offset.findings import Finding
 from oncenter.plausibility.correlation import agreement, agreement_of_means
 from oncenter.plausibility.drive import DRIVING_M_S, GRID_HZ, MIN_TIME_S, NEEDED, ROLLING_M_S, Column, Drive
-from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
+from oncenter.plausibility.verdict import BENDS, NO_OFFSET, SIGNALS_TABLE, CannotTell, Verdict, lacks
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 
@@ -33,7 +33,7 @@ def sign(drive: Drive) -> Verdict:
         text = f"the sign of either the {_and(like)} or the {_and(unlike)} is reversed: left turns must be positive"
     else:
         text = f"the sign of the {_and(minority)} is reversed: left turns are positive in the {_and(majority)}"
-    return Finding("sign_reversed", "error", text + ". Set sign = -1 for it in [signals]")
+    return Finding("sign_reversed", "error", f"{text}. {NO_OFFSET}. Set sign = -1 for it in {SIGNALS_TABLE}")
 
 
 def _and(names: list[str]) -> str:
@@ -107,12 +107,14 @@ def units(drive: Drive) -> Verdict:
             f"{_RELATION[name]} is {shown[name][0]:.3g}, usual is {shown[name][1]:.3g} to {shown[name][2]:.3g}"
             for name in off
         )
-        text += ". Check the units in [signals]"
-        if "angle" in off and drive.vehicle is not None:
-            text += ", and the ratio and wheelbase in the vehicle file"
         worst = max(max(ratio / high, low / ratio) for ratio, low, high in map(shown.__getitem__, off))
-        return Finding("scale", "error" if worst > _FAR_BEYOND else "warning", text)
-    text = "a unit is wrong: " + ", or ".join(map(str, slips)) + ". Correct it in [signals]"
+        severity = "error" if worst > _FAR_BEYOND else "warning"
+        text += f". {NO_OFFSET if severity == 'error' else 'The offset is less certain'}"
+        text += f". Check the units in {SIGNALS_TABLE}"
+        if "angle" in off and drive.vehicle is not None:
+            text += ", and its steering ratio and wheelbase"
+        return Finding("scale", severity, text)
+    text = "a unit is wrong: " + ", or ".join(map(str, slips)) + f". {NO_OFFSET}. Correct the unit in {SIGNALS_TABLE}"
     return Finding("scale", "error", text, slips[0].factor, "1")
 
 
@@ -194,12 +196,15 @@ def wheels(drive: Drive, scale: Verdict) -> Verdict:
         return None
     faster = 100 * (ratio - 1)
     if faster > 1000:
-        text = "the wheels turn while the vehicle speed reads nearly zero. Check the vehicle speed in [signals]"
+        text = (
+            f"the wheels turn while the vehicle speed reads nearly zero. {NO_OFFSET}. Check the vehicle speed in "
+            f"{SIGNALS_TABLE}"
+        )
         return Finding("wheel_speed", "error", text)
     order = "faster" if faster > 0 else "slower"
     text = (
-        f"the wheel speeds are {abs(faster):.0f} % {order} than the vehicle speed. Check the tyre size and the "
-        "calibration of the vehicle speed"
+        f"the wheel speeds are {abs(faster):.0f} % {order} than the vehicle speed. The offset is less certain. Check "
+        "the tyre size and the calibration of the vehicle speed"
     )
     return Finding("wheel_speed", "warning", text, faster, "%")
 
@@ -212,6 +217,7 @@ def _wheel_speed_ratio(drive: Drive) -> float | None:
     return float(np.median(drive.wheel_speed[both]) / max(float(np.median(drive.speed[both])), 1e-3))
 
 
+_TORQUE_EFFECT = "The offset uses this signal only with --no-accelerometer, and is not reliable then"
 _TORQUE_MEANS_S = 2.0  # friction and gaps of the steering average out
 _TORQUE_CORRELATION = 0.3  # of such means, in both halves of the drive
 _TORQUE_SLOPE_OFF = 10.0  # times the params' slope, or a share of it
@@ -236,16 +242,17 @@ def torque(drive: Drive, comparable: bool) -> list[Verdict]:
     slope = float(np.cov(x[both], y[both])[0, 1] / np.var(x[both], ddof=1))
     if slope < 0.0:
         text = (
-            "the sign of the steering wheel torque is reversed: it must be positive where the driver steers left. Set "
-            "sign = -1 for it in [signals]"
+            "the sign of the steering wheel torque is reversed: it must be positive where the driver steers left. "
+            f"{_TORQUE_EFFECT}. Set sign = -1 for it in {SIGNALS_TABLE}"
         )
         return [Finding("sign_reversed", "error", text)]
     usual = drive.params["torque_slope_n_m_m_s2"]
     if usual / _TORQUE_SLOPE_OFF < slope < usual * _TORQUE_SLOPE_OFF:
         return []
     text = (
-        f"the steering wheel torque is {slope:.3g} N m per m/s^2 of lateral acceleration; usual is {usual:.3g}. Check "
-        f"its unit, or set torque_slope_n_m_m_s2 = {slope:.3g} in [params]"
+        f"the steering wheel torque is {slope:.3g} N m per m/s^2 of lateral acceleration; usual is {usual:.3g}. "
+        f"{_TORQUE_EFFECT}. Check its unit, or set torque_slope_n_m_m_s2 = {slope:.3g} in the [params] table of the "
+        "vehicle file"
     )
     return [Finding("scale", "error", text, slope, "N m/(m/s^2)")]
 

@@ -9,6 +9,8 @@ import numpy as np
 from oncenter.offset.findings import Finding
 from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Drive
 
+NO_OFFSET = "The offset cannot be estimated with it"
+SIGNALS_TABLE = "the [signals] table of the vehicle file"
 BENDS = f"needs {MIN_TIME_S:.0f} s with bends to both sides"
 
 

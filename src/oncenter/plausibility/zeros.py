@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import numpy.typing as npt
 
@@ -12,6 +14,10 @@ from oncenter.plausibility.verdict import CannotTell, Verdict, lacks, words
 from oncenter.signals import DEGREE
 
 _NEARLY_STRAIGHT_1_M = 1 / 500
+_GYRO_EFFECT = (
+    "The method joint corrects the offset for this bias. "
+    f"Check the sensor if the bias is above {core_findings.YAW_RATE_BIAS_LARGE_DEG_S:g} deg/s"
+)
 
 
 def yaw_rate(drive: Drive) -> Verdict:
@@ -19,7 +25,8 @@ def yaw_rate(drive: Drive) -> Verdict:
     if standing is None:
         return CannotTell("zero of the yaw rate", _lacks_standing(drive, "yaw_rate"))
     source = drive.signals.sources["yaw_rate"]
-    return core_findings.yaw_rate_at_standstill(*standing, from_vdc2="VDC2" in source.description)
+    found = core_findings.yaw_rate_at_standstill(*standing, from_vdc2="VDC2" in source.description)
+    return found and replace(found, text=f"{found.text}. {_GYRO_EFFECT}")
 
 
 def lateral_acceleration(drive: Drive) -> Verdict:
@@ -65,8 +72,8 @@ def bank(drive: Drive, comparable: bool) -> Verdict:
         return None
     text = (
         f"lateral acceleration minus yaw rate times speed is {mean:+.2f} m/s^2 on average; the bank limit is {limit:g} "
-        "m/s^2 (bank_max_m_s2). The accelerometer has a bias; --method thesis rejects most of this drive. Use --method "
-        "joint"
+        "m/s^2 (bank_max_m_s2). The accelerometer has a bias. The interval of the offset allows for this with --method "
+        "joint; --method thesis rejects most of this drive. Use --method joint, or check the accelerometer"
     )
     return Finding("bank", "warning", text, mean, "m/s^2")
 
@@ -86,6 +93,7 @@ def whole_turns(drive: Drive, comparable: bool) -> Verdict:
         return None
     text = (
         f"the steering wheel angle reads {middle_deg:+.0f} deg when the truck drives straight ahead. It contains whole "
-        "turns: check how the sensor counts them"
+        "turns of the steering wheel, and the offset contains them as well. Calibrate the sensor with the wheels "
+        "straight ahead"
     )
     return Finding("whole_turns", "warning", text, middle_deg, "deg")

@@ -89,15 +89,15 @@ def accelerometer(answer: Answer) -> Verdict:
         return _not_used(about, answer)
     moved = _finding(answer, "lateral_acceleration_moves", "warning")
     if moved is not None:
-        return Verdict(about, "repair", f"Repair: its zero moved by {moved.value:.1f} m/s² during the drive.", _LOOK)
+        return Verdict(about, "repair", f"Repair: its zero moved by {moved.value:.1f} m/s^2 during the drive.", _LOOK)
     standing = _finding(answer, "lateral_acceleration_at_standstill")
     if standing is not None and standing.value is not None:
         return _standing(about, standing.value, answer.vehicle.sensors.lateral_acceleration_bias_m_s2)
     neutral = _finding(answer, "unloading_off_zero")
     if neutral is not None:
-        headline = f"Check: the steering is without lateral force at {neutral.value:+.2f} m/s², not at zero."
+        headline = f"Check: the steering is without lateral force at {neutral.value:+.2f} m/s^2, not at zero."
         action = "Check the wheel alignment and the mounting of the sensor."
-        note = "An accelerometer bias, a pull or a steady crosswind does this; one drive cannot separate them."
+        note = "An accelerometer bias, a pull or a steady crosswind causes this; one drive cannot separate them."
         return Verdict(about, "check", headline, action, note)
     return Verdict(about, "ok", "No fault found.", _NO_ACTION)
 
@@ -105,8 +105,8 @@ def accelerometer(answer: Answer) -> Verdict:
 def _standing(about: About, reading: float, worst: float) -> Verdict:
     """By Table 1's largest bias, since no ground that a truck parks on slopes as much."""
     state: State = "repair" if abs(reading) > worst else "check"
-    beside = f"specified {worst:.2f} m/s² at most" if state == "repair" else "level ground gives 0"
-    headline = f"{state.capitalize()}: it reads {reading:+.2f} m/s² at standstill ({beside})."
+    beside = f"specified {worst:.2f} m/s^2 at most" if state == "repair" else "level ground gives 0"
+    headline = f"{state.capitalize()}: it reads {reading:+.2f} m/s^2 at standstill ({beside})."
     action = "Read it again on level ground; look at its mounting if the reading stays."
     return Verdict(about, state, headline, action)
 

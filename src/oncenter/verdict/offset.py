@@ -22,7 +22,10 @@ FAULTS = {  # of the angle sensor, by the core's names: what happens, and the ch
     "stuck": ("always reads the same", "Check that it turns with the column; replace it if it does."),
     "jumped": ("jumped during the drive", "Check its mounting and its connector."),
     "drifting": ("is drifting", "Check its mounting; replace it if it is tight."),
-    "wrong_sign": ("has its sign reversed", "Check how it is mounted, and its sign in the vehicle file's [signals]."),
+    "wrong_sign": (
+        "has its sign reversed",
+        "Check how it is mounted, and its sign in the [signals] table of the vehicle file.",
+    ),
     "remounted": ("reads differently since a stop", "Check its mounting, and calibrate it."),
 }
 

@@ -298,5 +298,5 @@ def test_a_refused_image_gives_a_reason_and_an_initial_monitor(truck: Vehicle, d
             taught.restore(hurt)
         assert error.value.code == f"image_{code}"
         assert "\n" not in str(error.value)
-        assert "starts afresh" in str(error.value)
+        assert "the estimates start without it" in str(error.value)
         assert taught._core.state_bytes() == fresh._core.state_bytes()

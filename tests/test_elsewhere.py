@@ -58,7 +58,7 @@ def test_a_system_without_socketcan_says_which_interface_to_name(platform: str, 
     done = run(platform, "-m", "oncenter", "live", "can0", "--vehicle", TRUCK, *interface)
     assert done.returncode == 2
     (line,) = done.stderr.decode().splitlines()
-    assert "name the interface of your CAN adapter, --interface pcan, vector, kvaser" in line
+    assert "name the interface of your CAN adapter with --interface: pcan, vector, kvaser" in line
 
 
 def test_output_to_a_file_on_windows_is_utf8(tmp_path: Path) -> None:

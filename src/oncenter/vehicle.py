@@ -390,7 +390,12 @@ def _where_to_find(key: str) -> str:
 
 def _question(key: str, value: object) -> str:
     """Whether the value is in another unit."""
-    asked = KEYS[key].other_unit(float(value)) if key in KEYS and isinstance(value, int | float) else ""
+    if key not in KEYS or not isinstance(value, int | float):
+        return ""
+    try:
+        asked = KEYS[key].other_unit(float(value))
+    except OverflowError:  # an integer beyond all floats
+        return ""
     return f": {asked}" if asked else ""
 
 

@@ -13,7 +13,7 @@ from oncenter.vehicle import Vehicle, core_of
 NOT_AVAILABLE = float("nan")
 
 _REFUSALS = {
-    "missing": "has another begin than an image of oncenter",
+    "missing": "does not begin as an image of oncenter does",
     "truncated": "is not complete",
     "damaged": "is damaged: its CRC-32 is wrong",
     "layout": "is from another version of oncenter",

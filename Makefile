@@ -146,6 +146,7 @@ accuracy: .venv/dev ## errors, intervals and times of all methods and rivals: do
 	$(BIN)/python bench/accuracy.py --page --jobs 2
 	$(BIN)/python bench/effects.py --page --jobs 2
 	$(BIN)/python bench/two_parts.py --page --jobs 2
+	$(BIN)/python bench/compare.py --page --jobs 2
 
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

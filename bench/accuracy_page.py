@@ -27,7 +27,7 @@ from population import (
     cannot_be_told_apart_m_s2,
     set_up_left_open_m_s2,
 )
-from sections import EFFECTS, TWO_PARTS, section_of, with_section
+from sections import COMPARE, EFFECTS, TWO_PARTS, section_of, with_section
 
 from oncenter.offset.answer import METHODS
 from oncenter.signals import DEGREE
@@ -109,7 +109,7 @@ def write_page(table: pl.DataFrame, summaries: Sequence[Summary], seeds: range) 
     file = DOCS / "accuracy.md"
     before = file.read_text(encoding="utf-8") if file.exists() else ""
     text = "\n".join(page) + "\n"
-    for heading in (TWO_PARTS, EFFECTS):  # other benches write them
+    for heading in (TWO_PARTS, EFFECTS, COMPARE):  # other benches write them
         text = with_section(text, section_of(before, heading))
     file.write_text(text, encoding="utf-8")
 

@@ -1,6 +1,6 @@
 """A change of the offset by two drives of one truck: how often its interval holds the truth, and how wide it is.
 
-    python bench/compare.py [--pairs N] [--jobs N] [--tuning]
+    python bench/compare.py [--pairs N] [--jobs N] [--tuning] [--page]
 
 Each pair is one truck of accuracy_rows.py's row `population` (its pull, accelerometer bias and play stay), driven twice
 on roads, winds and with gyro biases of their own, with an offset changed by a calibration between the drives. The
@@ -14,7 +14,7 @@ import argparse
 import math
 import multiprocessing
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 from accuracy_rows import EVERY_ROW, POPULATED_BY, ROWS, as_toml, laid_over, scenario_values, vehicle_file
 from population import draw, wind
+from sections import COMPARE, with_section
 
 import oncenter as oc
 from oncenter.errors import OncenterError
@@ -32,6 +33,7 @@ REPORTED_FROM, TUNING_FROM = 10_001, 20_001
 BEFORE_SD_DEG, AFTER_SD_DEG = 3.0, 0.3  # of the offset: what calibrations find and leave
 GYRO_BIAS_SD_DEG_S = 0.1
 ROW = ROWS["population"]
+PAGE = Path(__file__).parents[1] / "docs" / "accuracy.md"
 Pair = tuple[bool, float, float, float, float]
 
 
@@ -83,18 +85,28 @@ def drawn_pair(seed: int, folder: Path) -> Pair | None:
         return None
 
 
-def print_table(pairs: Sequence[Pair]) -> None:
+def table(pairs: Sequence[Pair]) -> Iterator[str]:
     """Of all pairs and of those with two valid offsets; deg."""
-    print("| pairs | n | change: covered | half-width | error: median / 95 % | half-width by both whole intervals |")
-    print("|---|--:|--:|--:|--:|--:|")
+    yield "| pairs | n | change: covered | half-width | error: median / 95 % | half-width by both whole intervals |"
+    yield "|---|--:|--:|--:|--:|--:|"
     for name, some in (("all", list(pairs)), ("both valid", [each for each in pairs if each[0]])):
         if not some:
             continue
         _, error, width, whole, _ = map(np.abs, np.array(some, dtype=float).T)
-        print(
+        yield (
             f"| {name} | {len(some)} | {np.mean(error < width):.1%} | {np.median(width):.2f} "
             f"| {np.median(error):.2f} / {np.quantile(error, 0.95):.2f} | {np.median(whole):.2f} |"
         )
+
+
+def section(pairs: Sequence[Pair]) -> str:
+    about = f"""{COMPARE}
+
+Written by `bench/compare.py --page`: {len(pairs)} pairs of drives, seeds from {REPORTED_FROM} on. Each pair is one truck of
+`population` on two roads; its sensor is calibrated between the drives. *Covered*: share of true changes in the interval of
+`oncenter compare`. Half-widths (medians) and errors are in deg.
+"""
+    return "\n".join([about, *table(pairs), ""])
 
 
 def main() -> None:
@@ -102,12 +114,19 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=200, help="of drives (200)")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 20001 on instead of the reported ones")
+    parser.add_argument("--page", action="store_true", help="write the section of docs/accuracy.md")
     given = parser.parse_args()
+    if given.page and given.tuning:
+        parser.error("--page reports on the seeds for it")
     first = TUNING_FROM if given.tuning else REPORTED_FROM
     spawn = multiprocessing.get_context("spawn")
     with tempfile.TemporaryDirectory() as name, ProcessPoolExecutor(given.jobs, spawn) as pool:
         found = pool.map(partial(drawn_pair, folder=Path(name)), range(first, first + given.pairs))
-        print_table([each for each in found if each is not None])
+        pairs = [each for each in found if each is not None]
+    print("\n".join(table(pairs)))
+    if given.page:
+        before = PAGE.read_text(encoding="utf-8")
+        PAGE.write_text(with_section(before, section(pairs)), encoding="utf-8")
 
 
 if __name__ == "__main__":

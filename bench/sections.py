@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 EFFECTS = "## Real-truck effects"  # bench/effects.py
 TWO_PARTS = "## Both parts of the interval"  # bench/two_parts.py
+COMPARE = "## Before and after a repair"  # bench/compare.py
 
 
 def section_of(page: str, heading: str) -> str:

@@ -46,7 +46,7 @@ class Offset:
 
 @dataclass(frozen=True)
 class Comparison:
-    """What changed from `before` to `after`; `change_deg` is None where one of the two has no offset.
+    """The change from `before` to `after`; `change_deg` is None where one of the two has no offset.
 
     `half_width_deg` is the change's 95 % half-width; `shared_half_width_deg` is what the causes add to each offset
     that cancel in the change.
@@ -148,7 +148,7 @@ _BEGINS: Mapping[State, str] = {
 
 
 def compare(before: Answer, after: Answer, *, limit_deg: float | None = None) -> Comparison:
-    """What a calibration or a repair between two drives of one truck changed.
+    """The change by a calibration or a repair between two drives of one truck.
 
     Args:
         before: the answer of the drive before it, `after` of the one after it, by the same method.

@@ -128,7 +128,7 @@ def _tighter_bends(answer: Answer) -> Driving | None:
 
 
 def _narrower(answer: Answer) -> Driving | None:
-    """What narrows the drive's part of the interval most."""
+    """The driving that narrows the drive's part of the interval most."""
     if not answer.next_driving:
         return None
     wanted = answer.next_driving[0].partition(", or")[0]

@@ -102,9 +102,9 @@ def table(pairs: Sequence[Pair]) -> Iterator[str]:
 def section(pairs: Sequence[Pair]) -> str:
     about = f"""{COMPARE}
 
-Written by `bench/compare.py --page`: {len(pairs)} pairs of drives, seeds from {REPORTED_FROM} on. Each pair is one truck of
-`population` on two roads; its sensor is calibrated between the drives. *Covered*: share of true changes in the interval of
-`oncenter compare`. Half-widths (medians) and errors are in deg.
+Written by `bench/compare.py --page`: {len(pairs)} pairs of drives, seeds from {REPORTED_FROM} on. Each pair is one
+truck of `population` on two roads; its sensor is calibrated between the drives. *Covered*: share of true changes in the
+interval of `oncenter compare`. Half-widths (medians) and errors are in deg.
 """
     return "\n".join([about, *table(pairs), ""])
 

@@ -261,7 +261,7 @@ def test_an_accelerometer_zero_that_moves_more_than_road_bank_is_a_warning() -> 
         minutes = {"bank_low": -0.8, "bank_high": 0.6, "accelerometer_runs_away": 1}
         found = findings(**minutes, accelerometer_wanders=wanders)["lateral_acceleration_moves"]
         assert (found.severity, found.unit) == ("warning", "m/s^2") and found.value == pytest.approx(1.4)
-        assert "1.4 m/s^2" in found.text and "Check the sensor" in found.text
+        assert "1.4 m/s^2" in found.text and "Check the accelerometer" in found.text
 
 
 def test_a_zero_that_seems_to_drift_is_an_info_where_minutes_differ_as_well() -> None:

@@ -260,15 +260,14 @@ def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str, measures_banks:
         return None
     identified_again = status_of(native["yaw_rate_bias"]) != "invalid"
     passing = method == "joint" and identified_again and (not measures_banks or moving_s <= _ALARM_PASSING_S)
-    moved = "or a wheel radius" if measures_banks else "a wheel radius or the road bank (not measured)"
-    separator = "" if measures_banks else ","
+    moved = " or a tyre radius" if measures_banks else ", a tyre radius or the road bank (not measured)"
     unused = ". The offset does not use this time" if method == "joint" else ". This method does not allow for it"
     again = "" if identified_again else ". The bias is not identified again since then; the offset is less certain"
     check = "" if passing else ". Check the yaw rate sensor, the tyre sizes and the tyre pressures"
     return from_table(
         "yaw_rate_bias_moves",
-        f"for {moving_s:.0f} s the yaw rate bias{separator} {moved} changed faster than the wheel speeds can show"
-        f"{unused}{again}{check}",
+        f"for {moving_s:.0f} s the yaw rate did not agree with the left and right wheel speeds: the zero of the yaw "
+        f"rate sensor{moved} changed quickly{unused}{again}{check}",
         moving_s,
         severity="info" if passing else "warning",
     )

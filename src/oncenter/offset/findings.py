@@ -1,8 +1,9 @@
 """Findings: statements about a drive beyond its numbers, each with a code, a severity, a text and a value.
 
-The text has up to three parts in this order: the observation with its number and unit, its meaning for the result, and
-the action for the user. Its first sentence begins in lower case and its last one has no full stop: `capitalised` and
-the pages add both. `docs/reference/findings.md` has a section for each code, which `oncenter explain CODE` prints.
+The text has three parts in this order: the observation with its number and unit, its effect on the straight-ahead
+offset, and the action for the user, which an info may leave out. Its first sentence begins in lower case and its last
+one has no full stop: `capitalised` and the pages add both. `docs/reference/findings.md` has a section for each code,
+which `oncenter explain CODE` prints.
 
 The table has a row for each finding on an answer of the core; its rule and its text are in `core_findings` or
 `joint_findings`. Degrees here: findings are for people and files.

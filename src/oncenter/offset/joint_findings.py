@@ -219,7 +219,7 @@ def _accelerometer_moves(native: Mapping[str, Any], params: Mapping[str, float])
     if native["accelerometer_runs_away"]:
         text = (
             f"the zero of the accelerometer moved by about {moved:.1f} m/s^2, more than road bank can explain. The "
-            "offset is not valid. Check the sensor, or use --no-accelerometer"
+            "offset is not accurate enough with it. Check the accelerometer, or estimate without it: --no-accelerometer"
         )
         return from_table("lateral_acceleration_moves", text, moved)
     text = (
@@ -299,7 +299,7 @@ def _no_understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Fi
     return from_table(
         "no_understeer",
         f"the truck seems to oversteer by {-gradient_deg:.2g} deg/(m/s^2). Few trucks do; free play in gentle bends "
-        "looks the same, so the offset is not valid. Drive tighter bends to both sides",
+        "looks the same, so the offset is not accurate enough so far. Drive tighter bends to both sides",
         gradient_deg,
     )
 

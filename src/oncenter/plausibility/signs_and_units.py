@@ -109,7 +109,7 @@ def units(drive: Drive) -> Verdict:
         )
         worst = max(max(ratio / high, low / ratio) for ratio, low, high in map(shown.__getitem__, off))
         severity = "error" if worst > _FAR_BEYOND else "warning"
-        text += f". {NO_OFFSET if severity == 'error' else 'The offset is less certain'}"
+        text += f". {NO_OFFSET if severity == 'error' else 'The interval of the offset does not include this error'}"
         text += f". Check the units in {SIGNALS_TABLE}"
         if "angle" in off and drive.vehicle is not None:
             text += ", and its steering ratio and wheelbase"
@@ -203,8 +203,8 @@ def wheels(drive: Drive, scale: Verdict) -> Verdict:
         return Finding("wheel_speed", "error", text)
     order = "faster" if faster > 0 else "slower"
     text = (
-        f"the wheel speeds are {abs(faster):.0f} % {order} than the vehicle speed. The offset is less certain. Check "
-        "the tyre size and the calibration of the vehicle speed"
+        f"the wheel speeds are {abs(faster):.0f} % {order} than the vehicle speed. The interval of the offset does not "
+        "include this error. Check the tyre size and the calibration of the vehicle speed"
     )
     return Finding("wheel_speed", "warning", text, faster, "%")
 

@@ -91,9 +91,10 @@ def whole_turns(drive: Drive, comparable: bool) -> Verdict:
     middle_deg = float(np.median(straight)) / DEGREE
     if not comparable or abs(middle_deg) < 180:
         return None
+    turns = round(middle_deg / 360.0)
     text = (
-        f"the steering wheel angle reads {middle_deg:+.0f} deg when the truck drives straight ahead. It contains whole "
-        "turns of the steering wheel, and the offset contains them as well. Calibrate the sensor with the wheels "
-        "straight ahead"
+        f"the steering wheel angle reads {middle_deg:+.0f} deg when the truck drives straight ahead. That is "
+        f"{turns:+d} turn{'' if abs(turns) == 1 else 's'} and {middle_deg - 360.0 * turns:+.0f} deg, and the offset "
+        "contains both. Do not enter this number: set the zero of the sensor with the wheels straight ahead"
     )
     return Finding("whole_turns", "warning", text, middle_deg, "deg")

@@ -334,7 +334,7 @@ def test_missing_loading_requests_bends_to_the_lacking_side() -> None:
     assert none.value == 3.2
     assert none.text == (
         "the front axle had lateral force to the left only, so free play and offset cannot be separated. The offset "
-        "is not valid. Drive at least 60 s of right-hand bends"
+        "is not accurate enough so far. Drive at least 60 s of right-hand bends"
     )
     some = findings(lacking_to_left=3.2, loaded_left_s=12.0)["one_flank_seen"]
     assert "the front axle had lateral force to the left for only 12 s" in some.text and "right" not in some.text

@@ -269,8 +269,8 @@ def _missing_loading(native: Mapping[str, Any], params: Mapping[str, float]) -> 
         return None
     return from_table(
         "one_flank_seen",
-        f"{_loading_words(native, lacking)}, so free play and offset cannot be separated. The offset is not valid. "
-        f"Drive {bends_demand(lacking)}",
+        f"{_loading_words(native, lacking)}, so free play and offset cannot be separated. The offset is not accurate "
+        f"enough so far. Drive {bends_demand(lacking)}",
         sum(lacking.values()),
     )
 

@@ -38,6 +38,12 @@ def test_a_log_of_an_own_dbc_gives_the_offset_that_was_simulated(tmp_path: Path)
     assert answer["value"] == pytest.approx(2.04, abs=0.1)
 
 
+def test_the_writer_of_a_log_of_an_own_dbc_explains_its_arguments() -> None:
+    command = [sys.executable, EXAMPLES / "own_dbc" / "write_log.py", "--help"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0 and "LOG" in done.stdout and "SCENARIO" in done.stdout
+
+
 def test_a_minute_nearly_straight_gives_an_offset_and_no_understeer_gradient(tmp_path: Path) -> None:
     segment, rav4 = str(real_drive("comma2k19_example")), str(EXAMPLES / "rav4.toml")
     run = installed(tmp_path, "comma2k19_reader")("offset", segment, "--vehicle", rav4, "--method", "thesis", "--json")

@@ -270,7 +270,7 @@ def test_the_verb_prints_a_table_of_100_columns_and_then_words(log: Path, capsys
     assert set(rows) == set(drive().sources)
     assert rows["vehicle_speed"].split()[1:] == ["50", "Hz", "15000", "0%", "0%", "0.0..79.2", "km/h"]
     assert "    column vehicle_speed_m_s" in lines
-    assert [line for line in lines if line.startswith("warning: the yaw rate sensor reads +0.2")]
+    assert [line for line in lines if line.startswith("info: the yaw rate sensor reads +0.2")]
     assert [line for line in lines if line.startswith("warning: the lag of the yaw rate behind the angle is -2")]
 
 

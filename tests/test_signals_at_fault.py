@@ -11,7 +11,8 @@ import oncenter as oc
 from oncenter.offset.findings import Finding
 from oncenter.plausibility import faults, signs_and_units
 from oncenter.plausibility.drive import Drive
-from oncenter.signals import Signals
+from oncenter.signals import SIGNALS, Signals
+from oncenter.vehicle import vehicle_from
 
 ANGLE, YAW_RATE, SPEED = "steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s"
 ACCELERATION = "lateral_acceleration_m_s2"
@@ -114,3 +115,17 @@ def test_the_angle_sensor_is_not_blamed_for_another_signals_fault(
 def test_a_coarse_yaw_rate_is_not_called_stuck(drive: Signals) -> None:
     step = np.radians(1.0)
     assert faults(spoiled(drive, YAW_RATE, lambda r: (r / step).round() * step)) == ()
+
+
+@pytest.mark.parametrize("name", ["yaw_rate", "steering_wheel_angle", "lateral_acceleration"])
+def test_a_sign_that_the_vehicle_file_reverses_wrongly_is_to_be_removed(
+    name: str, drive: Signals, truck: oc.Vehicle
+) -> None:
+    entry = oc.vehicle("scania_r730_4x2").model_dump() | {"signals": {name: {"name": "X", "sign": -1}}}
+    wrong = vehicle_from({key: value for key, value in entry.items() if value is not None}, "t.toml")
+    answer = oc.offset(spoiled(drive, f"{name}_{SIGNALS[name].quantity.unit}", lambda x: -x), wrong)
+    errors = [finding for finding in answer.findings if finding.severity == "error"]
+    assert [finding.code for finding in errors] == ["sign_reversed"]
+    assert errors[0].text.startswith(f"the sign of the {name.replace('_', ' ')} is reversed")
+    assert errors[0].text.endswith("Remove sign = -1 for it in the [signals] table of the vehicle file")
+    assert (answer.sensor_fault == "none") == (name != "steering_wheel_angle")

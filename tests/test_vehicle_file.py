@@ -86,17 +86,22 @@ def test_a_relative_database_is_found_from_the_folder_of_the_new_file(
     assert oc.vehicle("trucks/a.toml").databases()[0].samefile("t.dbc")
 
 
-def test_the_signals_of_a_database_are_proposed_and_not_in_force(tmp_path: Path) -> None:
+def test_the_best_signals_of_a_database_are_in_force_and_other_candidates_are_comments(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     file = tmp_path / "truck.toml"
-    (tmp_path / "t.dbc").write_text(DBC)
+    (tmp_path / "t.dbc").write_text(DBC + ' SG_ SteeringAngle2 : 32|16@1- (0.1,0) [0|0] "deg" X\n')
     arguments = ["--wheelbase-m", "4", "--steering-ratio", "18", "--dbc", str(tmp_path / "t.dbc")]
     assert run(["vehicle", "new", str(file), *arguments]) == 0
-    text = file.read_text()
-    assert '#yaw_rate = { name = "ESP.YawRate", unit = "deg_s", sign = 1 }' in text
-    assert '#steering_wheel_angle = { name = "SAS.SteeringWheelAngle", unit = "deg", sign = 1 }' in text
-    assert not oc.vehicle(file).signals
-    file.write_text(re.sub(r"^#(?=\[signals\]|yaw_rate =)", "", text, flags=re.MULTILINE))
-    assert set(oc.vehicle(file).signals) == {"yaw_rate"}
+    text, signals = file.read_text(), oc.vehicle(file).signals
+    assert {signal: entry.name for signal, entry in signals.items()} == {
+        "steering_wheel_angle": "SAS.SteeringWheelAngle",
+        "yaw_rate": "ESP.YawRate",
+        "lateral_acceleration": "ESP.LatAcc",
+    }
+    assert "# Proposed from t.dbc: check name, unit and sign" in text
+    assert '#steering_wheel_angle = { name = "SAS.SteeringAngle2", unit = "deg", sign = 1 }' in text
+    assert "not found, add to [signals]: vehicle_speed" in capsys.readouterr().out
 
 
 def test_the_columns_of_a_log_are_proposed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -104,7 +109,8 @@ def test_the_columns_of_a_log_are_proposed(tmp_path: Path, capsys: pytest.Captur
     log.write_text("t_s,swa_deg,yaw_rate_dps,lat_accel_mps2,other\n0,1,2,3,4\n")
     assert run(["vehicle", "new", str(file), "--wheelbase-m", "4", "--steering-ratio", "18", "--log", str(log)]) == 0
     assert "3 signals proposed" in capsys.readouterr().out
-    assert '#yaw_rate = { name = "yaw_rate_dps", unit = "deg_s", sign = 1 }' in file.read_text()
+    assert oc.vehicle(file).signals["yaw_rate"].name == "yaw_rate_dps"
+    assert "# Proposed from log.csv" in file.read_text()
 
 
 def test_of_a_database_only_signals_that_the_log_has_are_proposed(tmp_path: Path) -> None:
@@ -137,7 +143,8 @@ def test_names_of_other_makers_are_recognised(there: str, expected: dict[str, st
 
 def test_an_unclear_unit_is_left_to_the_user() -> None:
     (proposed,) = proposals([Named("L.LWI_Lenkradwinkel", "Unit_DegreOfArc")])
-    assert proposed.unit is None and "the unit" in proposed.reason
+    assert proposed.unit is None
+    assert proposed.remark == "It has the unit Unit_DegreOfArc there; deg is assumed: check the unit."
 
 
 def asked(*lines: str) -> tuple[dict[str, object], list[str]]:
@@ -150,6 +157,13 @@ def test_enter_leaves_a_value_out_or_takes_the_default() -> None:
     assert values["name"] == "truck" and values["wheelbase_m"] == 3.7
     assert values["steering_ratio"] == 19.3 and "assumed" in values["source"]["steering_ratio"]
     assert set(values) == {"name", "wheelbase_m", "steering_ratio", "source"}
+
+
+def test_a_value_that_an_option_gives_is_not_asked() -> None:
+    said: list[str] = []
+    lines = iter(("t", "3.7", "19", "", "", "", "", ""))
+    values = answers(lambda prompt: next(lines), said.append, "truck", given=("dbc",))
+    assert values["wheelbase_m"] == 3.7 and "dbc" not in "\n".join(said)
 
 
 def test_a_wrong_answer_is_asked_again_with_the_reason() -> None:
@@ -226,6 +240,29 @@ def test_a_check_with_a_log_names_the_signals_that_are_missing(
         assert "steering_wheel_angle: column steering_wheel_angle_rad" in out
         assert ("yaw_rate: not in the log" in out) == (column == "giro")
     assert "gyro" in out
+
+
+def test_a_needed_signal_without_an_entry_is_called_not_assigned(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The database's YawRate is recognised by its name; its angle is not."""
+    file, log = tmp_path / "t.toml", tmp_path / "log.log"
+    (tmp_path / "t.dbc").write_text(DBC.replace("YawRate :", "yaw_rate :"))
+    log.write_text("".join(f"({k / 100:.2f}) can0 200#0A00{k % 50:02X}0000000000\n" for k in range(300)))
+    file.write_text('wheelbase_m = 4\nsteering_ratio = 18\ndbc = "t.dbc"\n')
+    assert run(["vehicle", "check", str(file), str(log)]) == 2
+    out = capfd.readouterr().out
+    assert "steering_wheel_angle: not assigned: add it to [signals]" in out and "not in the log" not in out
+    assert run(["offset", str(log), "--vehicle", str(file)]) == 1
+    err = capfd.readouterr().err
+    assert f"assign steering_wheel_angle, vehicle_speed, lateral_acceleration in [signals] of {file}" in err
+    assert "--dbc" not in err and "PGN" not in err
+
+
+def test_a_signal_outside_its_table_is_named_with_the_table(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "t.toml").write_text('wheelbase_m = 4\nsteering_ratio = 18\nyaw_rate = { name = "gyro" }\n')
+    assert run(["vehicle", "check", str(tmp_path / "t.toml")]) == 2
+    assert "'yaw_rate' belongs under [signals]" in capfd.readouterr().err
 
 
 def test_a_check_of_a_wrong_file_is_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:

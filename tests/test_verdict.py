@@ -20,6 +20,7 @@ from oncenter.offset.cause import Cause, Prior
 from oncenter.offset.changes import Change
 from oncenter.offset.findings import TABLE, Finding
 from oncenter.signals import DEGREE, Signals
+from oncenter.vehicle import vehicle_from
 from oncenter.verdict import LIMIT_DEG, Verdict, verdicts_of
 
 TRUCK = oncenter.vehicle("scania_r730_4x2")
@@ -124,6 +125,22 @@ def test_a_correction_that_is_applied_already_is_not_added_twice(answer: Answer)
     assert found.action == "Add -2.0 deg to the +1.5 deg that is applied already: set -0.5 deg."
 
 
+@pytest.mark.parametrize(
+    ("applied_deg", "in_own_count"),
+    [(0.0, "add +2.0 deg."), (1.5, "add +2.0 deg to -1.5 deg: set +0.5 deg.")],
+)
+def test_a_network_that_counts_right_as_positive_gets_the_correction_in_its_own_count_too(
+    answer: Answer, applied_deg: float, in_own_count: str
+) -> None:
+    entry = {"steering_wheel_angle": {"name": "EPS.Angle", "unit": "deg", "sign": -1}}
+    truck = vehicle_from({"wheelbase_m": 3.7, "steering_ratio": 19.3, "signals": entry}, "t.toml")
+    truck = truck.model_copy(update={"offset_applied_deg": applied_deg})
+    found = about_offset(with_offset(replace(answer, vehicle=truck), 2.04))
+    assert found.action.startswith("Add -2.0 deg")
+    assert f"The network counts right as positive: in its own count, {in_own_count}" in found.note
+    assert "own count" not in about_offset(with_offset(answer, 2.04)).note
+
+
 def test_an_interval_beyond_the_limit_says_so_before_it_is_exact(answer: Answer) -> None:
     far = replace(with_offset(answer, 6.0, 1.5, 1.96, "converging"), missing_loading_s=(0.0, 2.0))
     found = about_offset(far)
@@ -193,6 +210,18 @@ def test_a_sensor_at_fault_is_repaired_and_its_offset_not_used(answer: Answer, f
     assert found.state == "repair" and found.headline.startswith("Repair: the steering wheel angle sensor ")
     assert found.note == "The straight-ahead offset +3.0 deg ± 0.1 is from before the fault: do not use it."
     assert about(broken, "steering wheel angle sensor").state == "repair"
+
+
+def test_a_reversed_angle_is_no_sensor_fault_where_the_signals_contradict_each_other(answer: Answer) -> None:
+    """The sensor check trusts the yaw rate; the mistake may be there, or in an entry of the vehicle file."""
+    text = "the sign of either the yaw rate or the steering wheel angle is reversed: left turns must be positive"
+    broken = replace(with_offset(answer, 3.0, status="invalid"), sensor_fault="wrong_sign")
+    found = about_offset(replace(broken, findings=(Finding("sign_reversed", "error", text),)))
+    assert (found.state, found.headline) == (
+        "no_verdict",
+        "No verdict: check the steering wheel angle and yaw rate signals.",
+    )
+    assert about_offset(broken).action.startswith("Check its sign in the [signals] table of the vehicle file")
 
 
 def test_signals_that_contradict_each_other_give_no_verdict_and_name_the_one_at_fault(drive: Signals) -> None:

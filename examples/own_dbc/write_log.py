@@ -3,12 +3,11 @@
     pip install 'oncenter[can]'
     python examples/own_dbc/write_log.py own.log
 
-The suffix selects the format: .log (candump), .asc, .blf or .trc. A second argument is another scenario, a name or a
-TOML file. The angle sensor's true offset is printed, so that the estimate can be compared with it.
+The angle sensor's true offset is printed, so that the estimate can be compared with it.
 """
 
+import argparse
 import math
-import sys
 from pathlib import Path
 
 import can
@@ -49,7 +48,11 @@ def frame(name: str, values: dict[str, float], time_s: float) -> can.Message:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) not in (2, 3):
-        raise SystemExit("usage: python write_log.py LOG [SCENARIO]")
-    offset_deg = write_log(sys.argv[1], sys.argv[2] if len(sys.argv) == 3 else "thesis_drive")
-    print(f"wrote {sys.argv[1]}; the true offset is {offset_deg:.2f} deg")
+    options = argparse.ArgumentParser(description="Write a simulated drive as a CAN log of the network in chassis.dbc.")
+    options.add_argument("log", metavar="LOG", help="the log to write: .log (candump), .asc, .blf or .trc")
+    options.add_argument(
+        "scenario", metavar="SCENARIO", nargs="?", default="thesis_drive", help="a scenario, by its name or TOML file"
+    )
+    given = options.parse_args()
+    offset_deg = write_log(given.log, given.scenario)
+    print(f"wrote {given.log}; the true offset is {offset_deg:.2f} deg")

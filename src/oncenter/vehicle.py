@@ -372,6 +372,8 @@ def _first_error(error: ValidationError) -> str:
         return f"'{key}' is missing{_where_to_find(key)}"
     if first["type"] == "extra_forbidden":
         table, _, unknown = key.rpartition(".")
+        if not table and unknown in (*SIGNALS, "time"):
+            return f"'{key}' belongs under [signals]: write it below a line [signals]"
         fields = _fields_of(table)
         near = [field for field in fields if field.startswith(unknown)] or nearest(unknown, fields)
         hint = "did you mean" if near else "the keys are"

@@ -100,7 +100,7 @@ KEYS: dict[str, Key] = {
             high=60.0,
             usual=(13.0, 27.0),
             where="Data sheet of the steering gear times the ratio of the linkage; or turn the front wheels on turn "
-            "plates and divide the steering wheel angle by the front wheels' angle. Usual: 17 to 23.",
+            "plates and divide the steering wheel angle by the front wheels' angle. Usual: 16 to 24.",
         ),
         Key(
             "axle_layout",
@@ -157,8 +157,8 @@ KEYS: dict[str, Key] = {
         ),
         Key(
             "offset_applied_deg",
-            "Correction that the ECU already adds to the sensor's reading, so that the logs contain it. oncenter then "
-            "also gives the total to set.",
+            "Correction that the ECU already adds to the sensor's reading, positive to the left, so that the logs "
+            "contain it. oncenter then also gives the total to set.",
             0.0,
             unit="deg",
             low=-APPLIED_MAX_DEG,

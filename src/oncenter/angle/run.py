@@ -75,7 +75,7 @@ def angle(
     _check(signals, vehicle, method, sensor_lost_at)
     (signals, *taught_by), unfit = without_unfit_wheels((signals, *taught_by), vehicle)
     if method.startswith("wheel-speed"):
-        check_without(unfit, (signals,), _FRONT_WHEELS)
+        check_without(unfit, (signals,), _FRONT_WHEELS, vehicle)
     if uses_yaw_rate(signals, taught_by, sensor_lost_at):
         params = {"use_accelerometer": 0.0, **(params or {})}
     core = core_of(vehicle, signals.rate_hz, angle_method=method, params=params)
@@ -151,7 +151,7 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
                 exit_code=WRONG_USAGE,
                 needs=("track_width_front_m",),
             )
-    require(signals, needed)
+    require(signals, needed, vehicle)
 
 
 def _check_within(signals: Signals, sensor_lost_at: float) -> None:

@@ -71,7 +71,7 @@ def read_logs(
             continue
         _refuse_another_truck(logs)
     in_order = _by_start(logs) if places.has_folder else logs
-    drives, incomplete = _complete([log.drive for log in in_order], wanted)
+    drives, incomplete = _complete([log.drive for log in in_order], wanted, truck)
     refusals += incomplete
     if not drives:
         reasons = "; ".join(str(error) for error in refusals[:3])
@@ -115,22 +115,26 @@ def _by_start(logs: Sequence[_Log]) -> list[_Log]:
     return [logs[place] for _, place in sorted(known)] if len(known) == len(logs) else list(logs)
 
 
-def _complete(drives: list[Signals], wanted: Sequence[str]) -> tuple[list[Signals], list[OncenterError]]:
+def _complete(
+    drives: list[Signals], wanted: Sequence[str], truck: Vehicle
+) -> tuple[list[Signals], list[OncenterError]]:
     """Of several drives those with all wanted signals, and errors for the others. If no drive has all of them, those
     with an angle: the estimator then names the method that works without the missing signals."""
     if len(drives) < 2:
         return drives, []
-    complete, refusals = _with_all(drives, wanted)
-    return (complete, refusals) if complete else _with_all(drives, _ANGLE)
+    complete, refusals = _with_all(drives, wanted, truck)
+    return (complete, refusals) if complete else _with_all(drives, _ANGLE, truck)
 
 
-def _with_all(drives: Sequence[Signals], wanted: Sequence[str]) -> tuple[list[Signals], list[OncenterError]]:
+def _with_all(
+    drives: Sequence[Signals], wanted: Sequence[str], truck: Vehicle
+) -> tuple[list[Signals], list[OncenterError]]:
     from oncenter.read import require
 
     complete, refusals = [], []
     for drive in drives:
         try:
-            require(drive, wanted)
+            require(drive, wanted, truck)
             complete.append(drive)
         except OncenterError as error:
             refusals.append(error)

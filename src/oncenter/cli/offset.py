@@ -234,7 +234,8 @@ def as_table(answer: oc.Answer) -> str:
         lines.append(f"  {name:30}{value:>9} {given['unit']:<12}{interval:<22}{given['status']}")
         if estimate is answer.offset and answer.not_identifiable and answer.offset_ci95_drive is not None:
             of_drive = "{:.3f} to {:.3f}".format(*(bound / DEGREE for bound in answer.offset_ci95_drive))
-            lines.append(f"  {'  from this drive':30}{'':>9} {given['unit']:<12}{of_drive}")
+            drives = "this drive" if len(answer.drives) == 1 else "these logs"
+            lines.append(f"  {f'  from {drives}':30}{'':>9} {given['unit']:<12}{of_drive}")
     lines.append("")
     lines += [f"  {finding.line()}" for finding in answer.findings]
     lines += [f"  note: {note}" for note in answer.notes]

@@ -107,8 +107,9 @@ def _as_text(drive: oc.Signals, judged: Plausibility) -> str:
     lines += [*_table(drive), ""]
     for finding in judged.findings:
         lines += _wrapped(finding.line())
-    if not any(finding.severity != "info" for finding in judged.findings):
-        lines.append("All checks that were possible passed.")
+    severities = {finding.severity for finding in judged.findings}
+    if "error" not in severities:
+        lines.append(f"All {'other ' if 'warning' in severities else ''}checks that were possible passed.")
     for why, checks in _by_reason(judged.cannot_tell).items():
         lines += _wrapped(f"not checked: {', '.join(checks)} ({why})")
     for note in drive.notes:  # among them the senders that were not taken

@@ -39,7 +39,7 @@ def new(
     ] = None,
     steering_ratio: Annotated[
         float | None,
-        typer.Option(metavar="RATIO", help="Steering wheel angle per front wheel angle, usually 17 to 23."),
+        typer.Option(metavar="RATIO", help="Steering wheel angle per front wheel angle, usually 16 to 24."),
     ] = None,
     axle_layout: Annotated[
         Literal["4x2", "6x2", "6x4", "8x4"] | None, typer.Option(help="Number of wheels x driven wheels.")
@@ -75,6 +75,7 @@ def new(
     In a terminal it prompts for each value. With --wheelbase-m and --steering-ratio there are no prompts.
     """
     from oncenter.files.whole_file import check_place, write_whole
+    from oncenter.vehicle_file.check import NEEDED
     from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
 
     _refuse_existing(output)
@@ -100,8 +101,14 @@ def new(
     for note in notes:
         typer.echo(f"note: {note}")
     if proposed:
-        typer.echo(f"{len(proposed)} signals proposed in [signals], commented out: check each one")
-    typer.echo(f"wrote {output}: edit it, then check it with: oncenter vehicle check {output}")
+        typer.echo(f"{len(proposed)} signals proposed in [signals]: check name, unit and sign of each")
+        needed = [
+            name for name in NEEDED if name not in {*values.get("signals", {}), *(each.signal for each in proposed)}
+        ]
+        if needed:
+            typer.echo(f"not found, add to [signals]: {', '.join(needed)}")
+    by_log = "" if log is None else f" {log}"
+    typer.echo(f"wrote {output}: edit it, then check it with: oncenter vehicle check {output}{by_log}")
 
 
 @vehicle.command(epilog=_EPILOG.format("check truck.toml drive.mf4"))
@@ -119,8 +126,8 @@ def check(
 ) -> None:
     """Check a vehicle file: its values, unusual values, and values that would help.
 
-    With a LOG it also looks for the signals that the file names. The exit code is 2 if the file is wrong or the log
-    lacks one of these signals.
+    With a LOG it also looks for the signals. The exit code is 2 if the file is wrong, or if the log lacks a signal that
+    the file names or that the method joint needs.
     """
     import oncenter as oc
     from oncenter.cli.logs import read_log
@@ -188,7 +195,7 @@ def _asked(output: Path, given: dict[str, Any]) -> dict[str, Any]:
         return line
 
     say(f"A new vehicle file, {output}. Enter takes the value in brackets; Ctrl-C ends without a file.")
-    return {**answers(ask, say, output.stem), **given}
+    return {**answers(ask, say, output.stem, given), **given}
 
 
 def _require_both(values: dict[str, Any]) -> None:

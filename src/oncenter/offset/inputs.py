@@ -107,10 +107,10 @@ def without_unfit_wheels(
     return tuple(drive for drive, _ in judged), tuple(findings)
 
 
-def check_without(unfit: Sequence[Finding], drives: Sequence[Signals], needed: Sequence[str]) -> None:
+def check_without(unfit: Sequence[Finding], drives: Sequence[Signals], needed: Sequence[str], vehicle: Vehicle) -> None:
     """As `check`; the error for a missing signal names the wheel speeds that were left out."""
     try:
-        check(drives, needed)
+        check(drives, needed, vehicle)
     except OncenterError as error:
         if error.code != "missing_signal" or not unfit:
             raise
@@ -118,9 +118,9 @@ def check_without(unfit: Sequence[Finding], drives: Sequence[Signals], needed: S
         raise OncenterError(f"{error}; {why}", code=error.code, needs=error.needs) from None
 
 
-def check(drives: Sequence[Signals], needed: Sequence[str]) -> None:
+def check(drives: Sequence[Signals], needed: Sequence[str], vehicle: Vehicle) -> None:
     for drive in drives:
-        _require(drive, needed, drives)
+        _require(drive, needed, drives, vehicle)
         if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:
             raise OncenterError(
                 f"{drive.log} has {drive.rate_hz:g} Hz and {drives[0].log} has {drives[0].rate_hz:g} Hz: "
@@ -130,12 +130,12 @@ def check(drives: Sequence[Signals], needed: Sequence[str]) -> None:
             )
 
 
-def _require(drive: Signals, needed: Sequence[str], drives: Sequence[Signals]) -> None:
+def _require(drive: Signals, needed: Sequence[str], drives: Sequence[Signals], vehicle: Vehicle) -> None:
     """Refuses a drive that lacks a signal; the message names a method that does not need it."""
     from oncenter.read import require
 
     try:
-        require(drive, needed)
+        require(drive, needed, vehicle)
     except OncenterError as error:
         instead = _instead(drives, error.needs)
         if not instead:

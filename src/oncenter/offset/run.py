@@ -81,7 +81,7 @@ def offset(
     used_params = with_coarse_yaw_rate(used_params, given, yaw_rate_step_of(recorded))
     drives, unfit = without_unfit_wheels(recorded, vehicle)
     names = needed(method, drives, used_params)
-    check_without(unfit, drives, names)
+    check_without(unfit, drives, names, vehicle)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
     return replace(answer, findings=most_severe_first((*answer.findings, *unfit, *_recording(recorded, names))))
 

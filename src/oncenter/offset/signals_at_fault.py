@@ -22,7 +22,14 @@ _ABOUT_SIGNALS = (
 # Findings that do not depend on the sign or unit of another signal; all others follow from such an error.
 _INDEPENDENT = ("lateral_acceleration_at_standstill", "relative_angle_sensor")
 _AT_FAULT, _ANGLE = "steering_wheel_angle_sensor_at_fault", "steering wheel angle"
+_SIGNALS = (_ANGLE, "yaw rate", "vehicle speed", "lateral acceleration", "wheel speed")
 _STUCK_SHARE = 0.25  # of the drive: below it, the rest of the drive is enough
+
+
+def accused_by(fault: Finding) -> list[str]:
+    """Names of the signals that an error accuses, in words; the witnesses that it names after its colon are not."""
+    first, _, rest = fault.text.partition(":")
+    return [name for name in _SIGNALS if name in first] or [name for name in _SIGNALS if name in rest]
 
 
 def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
@@ -40,12 +47,15 @@ def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
     if not any(_leaves_nothing(fault, answer) for fault in found):
         return replace(answer, findings=most_severe_first((*found, *answer.findings)))
     explained = any(fault.code != "signal_stuck" for fault in found)
-    accuses_angle = any(_ANGLE in fault.text for fault in found)
+    accuses_angle = any(_ANGLE in accused_by(fault) for fault in found)
+    # Of a reversed sign, the check of all signals says more than the sensor check, which trusts the yaw rate.
+    by_sign = answer.sensor_fault == "wrong_sign" and any(fault.code == "sign_reversed" for fault in found)
+    keeps_fault = accuses_angle and not by_sign
     gone = {name: replace(getattr(answer, name), value=None, ci95=None, status="invalid") for name in _LEARNED}
     stands = not any(fault.code == "vehicle_speed_zero" for fault in found)
     about = (_INDEPENDENT if stands else _INDEPENDENT[1:]) if explained else _ABOUT_SIGNALS
     kept = (
-        finding for finding in answer.findings if finding.code in about or (finding.code == _AT_FAULT and accuses_angle)
+        finding for finding in answer.findings if finding.code in about or (finding.code == _AT_FAULT and keeps_fault)
     )
     return replace(
         answer,

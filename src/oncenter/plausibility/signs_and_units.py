@@ -29,11 +29,24 @@ def sign(drive: Drive) -> Verdict:
     if not unlike:
         return None
     minority, majority = sorted((like, unlike), key=len)
+    suspects = minority
     if len(minority) == len(majority):
+        suspects = [*like, *unlike]
         text = f"the sign of either the {_and(like)} or the {_and(unlike)} is reversed: left turns must be positive"
     else:
         text = f"the sign of the {_and(minority)} is reversed: left turns are positive in the {_and(majority)}"
-    return Finding("sign_reversed", "error", f"{text}. {NO_OFFSET}. Set sign = -1 for it in {SIGNALS_TABLE}")
+    return Finding("sign_reversed", "error", f"{text}. {NO_OFFSET}. {_sign_remedy(suspects, drive)}")
+
+
+def _sign_remedy(suspects: list[str], drive: Drive) -> str:
+    """By the signs that [signals] gives already: a sign of -1 there may be the mistake."""
+    entries = {} if drive.vehicle is None else drive.vehicle.signals
+    turned = [name for name in suspects if (entry := entries.get(name.replace(" ", "_"))) and entry.sign == -1]
+    if not turned:
+        return f"Set sign = -1 for it in {SIGNALS_TABLE}"
+    if len(turned) == len(suspects) == 1:
+        return f"Remove sign = -1 for it in {SIGNALS_TABLE}"
+    return f"Check the signs in {SIGNALS_TABLE}: sign = -1 is set there for the {_and(turned)}"
 
 
 def _and(names: list[str]) -> str:
@@ -243,7 +256,7 @@ def torque(drive: Drive, comparable: bool) -> list[Verdict]:
     if slope < 0.0:
         text = (
             "the sign of the steering wheel torque is reversed: it must be positive where the driver steers left. "
-            f"{_TORQUE_EFFECT}. Set sign = -1 for it in {SIGNALS_TABLE}"
+            f"{_TORQUE_EFFECT}. {_sign_remedy(['steering wheel torque'], drive)}"
         )
         return [Finding("sign_reversed", "error", text)]
     usual = drive.params["torque_slope_n_m_m_s2"]

@@ -25,8 +25,12 @@ def yaw_rate(drive: Drive) -> Verdict:
     if standing is None:
         return CannotTell("zero of the yaw rate", _lacks_standing(drive, "yaw_rate"))
     source = drive.signals.sources["yaw_rate"]
-    found = core_findings.yaw_rate_at_standstill(*standing, from_vdc2="VDC2" in source.description)
-    return found and replace(found, text=f"{found.text}. {_GYRO_EFFECT}")
+    finding = core_findings.yaw_rate_at_standstill(*standing, from_vdc2="VDC2" in source.description)
+    if finding is None:
+        return None
+    is_large = abs(standing[0]) / DEGREE > core_findings.YAW_RATE_BIAS_LARGE_DEG_S
+    # The joint method corrects a bias, and gives a small one the same severity.
+    return replace(finding, text=f"{finding.text}. {_GYRO_EFFECT}", severity=finding.severity if is_large else "info")
 
 
 def lateral_acceleration(drive: Drive) -> Verdict:

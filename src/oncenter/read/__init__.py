@@ -77,8 +77,11 @@ def read(
     return read_apart(*given)
 
 
-def require(signals: Signals, needed: Sequence[str]) -> None:
+def require(signals: Signals, needed: Sequence[str], vehicle: Vehicle | None = None) -> None:
     """Checks that a log has the signals needed.
+
+    Args:
+        vehicle: where it has a `dbc`, the message names its [signals] table in place of J1939 messages.
 
     Raises:
         OncenterError: code "missing_signal"; names each missing signal, its usual source, and the signals found.
@@ -89,10 +92,15 @@ def require(signals: Signals, needed: Sequence[str]) -> None:
     log = Path(signals.log).name
     found = _found(signals)
     columns = any(source.description.startswith(_NO_FRAMES) for source in signals.sources.values())
-    homes = "; ".join(f"no {_spoken(name)} ({_home(name, columns)})" for name in missing)
     why = [note for note in signals.notes if note.split(":")[0] in missing]
-    what = "assign columns" if columns else "give the network's DBC with --dbc and assign its signals"
-    remedy = [] if why else [f"{what} in the [signals] table of a vehicle file"]
+    if vehicle is not None and vehicle.dbc and not columns:
+        homes = "; ".join(f"no {_spoken(name)}" for name in missing)
+        assign = f"assign {', '.join(missing)} in [signals] of {vehicle.origin or 'the vehicle file'}"
+    else:
+        homes = "; ".join(f"no {_spoken(name)} ({_home(name, columns)})" for name in missing)
+        what = "assign columns" if columns else "give the network's DBC with --dbc and assign its signals"
+        assign = f"{what} in the [signals] table of a vehicle file"
+    remedy = [] if why else [assign]
     raise OncenterError(
         "; ".join([f"{homes} in {log}", *why, f"found: {found}", *remedy]),
         code="missing_signal",

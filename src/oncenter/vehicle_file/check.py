@@ -19,13 +19,14 @@ _HELPFUL = (
     "accelerometer_bias_m_s2",
     "play_deg",
 )
-_NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration")  # of the joint method
+NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed", "lateral_acceleration")  # of the joint method
 _SHOWN = ("wheelbase_m", "steering_ratio", "axle_layout")  # in the first line
 
 
 @dataclass(frozen=True)
 class Checked:
-    """`lines` are for people; `is_complete` is False where the log lacks a signal that the file names."""
+    """`lines` are for people; `is_complete` is False where the log lacks a signal that the file names or the joint
+    method needs."""
 
     lines: tuple[str, ...]
     is_complete: bool
@@ -44,7 +45,7 @@ def checked(truck: Vehicle, drive: Signals | None) -> Checked:
     if drive is not None:
         of_log = list(_in_log(truck, drive))
         lines += [f"Signals in {Path(drive.log).name}:", *(f"  {text}" for _, text in of_log)]
-        lost = [name for name, text in of_log if name in truck.signals and name not in drive.sources]
+        lost = [name for name, _ in of_log if name not in drive.sources]
     return Checked(tuple(lines), not lost)
 
 
@@ -85,7 +86,7 @@ def _unusual(truck: Vehicle) -> Iterator[str]:
 
 def _in_log(truck: Vehicle, drive: Signals) -> Iterator[tuple[str, str]]:
     """By signal, its source in the log or a note about why there is none."""
-    for name in dict.fromkeys((*_NEEDED, *truck.signals)):
+    for name in dict.fromkeys((*NEEDED, *truck.signals)):
         if name == "time":
             continue
         source = drive.sources.get(name)
@@ -93,6 +94,9 @@ def _in_log(truck: Vehicle, drive: Signals) -> Iterator[tuple[str, str]]:
             yield name, f"{name}: {source.description}, {source.rate_hz:.0f} Hz"
             continue
         why = [note.partition(": ")[2] for note in drive.notes if note.partition(":")[0] == name]
+        if name not in truck.signals and (truck.dbc or truck.signals):
+            yield name, ": ".join([name, "not assigned", *why, "add it to [signals]"])
+            continue
         if name in truck.signals and not why:
             why = [f"[signals] names {truck.signals[name].name}, which it lacks"]
         yield name, ": ".join([name, "not in the log", *(["; ".join(why)] if why else [])])

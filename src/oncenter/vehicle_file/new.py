@@ -20,7 +20,7 @@ def new_vehicle_file(output: Path, values: Mapping[str, Any], proposed: Sequence
     Args:
         output: the file to be, for messages and as the truck's name where `values` has none.
         values: as a vehicle file holds them, with paths of the current folder in "dbc".
-        proposed: entries of `[signals]` to be written as comments.
+        proposed: entries of `[signals]`.
 
     Raises:
         OncenterError: "vehicle_file", exit code 2: a value is missing or out of its range.
@@ -52,7 +52,8 @@ def proposals_for(databases: Sequence[Path], log: Path | None) -> tuple[list[Pro
     from oncenter.read.column_names import column_names
 
     columns = {} if log is None else column_names(log)
-    there = [Named(name, unit) for name, unit in columns.items()]
+    log_name = "" if log is None else log.name
+    there = [Named(name, unit, file=log_name) for name, unit in columns.items()]
     for path in databases:
         there += signals_of_database(path)
     proposed = proposals(there)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from oncenter.read.units import factors, is_unit, unit_by_suffix, unit_key
@@ -38,7 +38,6 @@ _PATTERNS: Mapping[str, tuple[str, ...]] = {
 }
 _NAME_MAX = 100  # characters that are looked at
 _USUAL_UNITS = ("deg", "deg_s", "km_h", "m_s2", "nm")  # of files whose unit is unclear
-_WITHOUT_SIDE = ("vehicle_speed", *(name for name in _PATTERNS if name.startswith("wheel_speed_")))
 # Words of status, quality and calibration signals, and of signals beside the wanted one.
 _NOT = re.compile(
     r"\b(sts|stat|status|valid|vld|qual|qlty|quality|flag|cnt|counter|crc|chk|checksum|err|fault|calib|offset|offs|offst"
@@ -55,25 +54,28 @@ class Named:
     name: str  # "ESP.YawRate", or the column
     unit: str  # as written in the file; empty where it has none
     comment: str = ""
+    file: str = ""  # its file
 
 
 @dataclass(frozen=True)
 class Proposal:
-    """An entry of `[signals]` and the reason for it; `unit` is a key of the signal's units, None where unclear."""
+    """An entry of `[signals]`; `unit` is a key of the signal's units, None where unclear. `others` are the other
+    candidates, the best first."""
 
     signal: str
     named: Named
     unit: str | None
+    others: tuple[Proposal, ...] = ()
 
     @property
-    def reason(self) -> str:
-        """For people: the source of the proposal, and the check that is left to them."""
-        unit = f"its unit there is {self.named.unit}" if self.named.unit else "it has no unit there"
-        about = f' ("{self.named.comment}")' if self.named.comment else ""
-        checks = [] if self.signal in _WITHOUT_SIDE else ["that left is positive, else sign = -1"]
-        checks += [] if self.unit else ["the unit"]
-        check = f"check {' and '.join(checks)}, " if checks else ""
-        return f"Proposed, {unit}{about}: {check}then delete the #."
+    def remark(self) -> str:
+        """For people: the comment in the file, and an assumed unit; empty where there is neither."""
+        about = f'"{self.named.comment}". ' if self.named.comment else ""
+        given = f"the unit {self.named.unit}" if self.named.unit else "no unit"
+        assumed = (
+            f"It has {given} there; {self.signal_name().unit} is assumed: check the unit." if not self.unit else ""
+        )
+        return f"{about}{assumed}".strip()
 
     def signal_name(self) -> SignalName:
         """As readers of logs take it."""
@@ -87,14 +89,16 @@ class Proposal:
 
 
 def proposals(there: Iterable[Named]) -> list[Proposal]:
-    """At most one proposal for each signal: the most specific name whose unit fits, of equal ones the first."""
+    """At most one proposal for each signal: the most specific name whose unit fits, of equal ones the first; the other
+    names that fit are its `others`."""
     candidates = list(there)
     found = []
     for signal in _PATTERNS:
         ranked = [(rank, each) for each in candidates if (rank := _rank(signal, each)) is not None]
         if ranked:
-            _, best = min(ranked, key=lambda pair: pair[0])
-            found.append(Proposal(signal, best, _unit(signal, best)))
+            in_order = [each for _, each in sorted(ranked, key=lambda pair: pair[0])]
+            best, *others = (Proposal(signal, each, _unit(signal, each)) for each in in_order)
+            found.append(replace(best, others=tuple(others)))
     return found
 
 
@@ -109,7 +113,7 @@ def signals_of_database(path: Path) -> Iterator[Named]:
     for message in messages_of(path):
         for layout in message.signals:
             comment = " ".join((layout.comment or "").split())[:80]
-            yield Named(f"{message.name}.{layout.name}", layout.unit or "", comment)
+            yield Named(f"{message.name}.{layout.name}", layout.unit or "", comment, path.name)
 
 
 def _rank(signal: str, named: Named) -> tuple[int, bool] | None:

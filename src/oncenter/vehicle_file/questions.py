@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from oncenter.errors import OncenterError
@@ -21,24 +21,28 @@ ASKED = (
     "dbc",
     "offset_applied_deg",
 )
+_MEANING = {"dbc": "CAN database of this truck's logs, for logs that are not J1939: .dbc .kcd .sym .arxml."}
 _WIDTH = 100  # characters of a line
 ASSUMED_RATIO = 19.3  # Table 2 of the thesis
 _ASSUMED = "assumed, not measured: usual for heavy trucks (Table 2 of the thesis)"
 _MINIMUM = {"wheelbase_m": 3.7, "steering_ratio": ASSUMED_RATIO}  # to check another key on its own
 
 
-def answers(ask: Callable[[str], str], say: Callable[[str], None], name: str) -> dict[str, Any]:
+def answers(
+    ask: Callable[[str], str], say: Callable[[str], None], name: str, given: Collection[str] = ()
+) -> dict[str, Any]:
     """The values that a person gives, as a vehicle file holds them.
 
     Args:
         ask: shows a prompt and returns one line.
         say: shows a line.
         name: the truck's name where the person gives none.
+        given: keys that have a value already: no question.
     """
     values: dict[str, Any] = {}
-    for key in (KEYS[each] for each in ASKED):
+    for key in (KEYS[each] for each in ASKED if each not in given):
         say("")
-        for text in filter(None, (f"{key.name}: {key.meaning}", key.where)):
+        for text in filter(None, (f"{key.name}: {_MEANING.get(key.name, key.meaning)}", key.where)):
             say(textwrap.fill(text, _WIDTH, subsequent_indent="  "))
         value = _answer(key, name, ask, say)
         if value is not None:
@@ -71,7 +75,7 @@ def _prompt(key: Key, name: str) -> str:
     unit = f" in {key.unit}" if key.unit else ""
     choices = f" ({', '.join(key.choices)})" if key.choices else ""
     if key.name == "dbc":  # a person names a file from here; the vehicle file gets the path from its own folder
-        choices = ", relative to the current folder"
+        choices = ", relative to the current folder, several with commas between them"
     return f"{key.name}{unit}{choices}{f' [{empty}]' if empty else ''}: "
 
 

@@ -23,7 +23,7 @@ def vehicle_text(values: Mapping[str, Any], proposals: Sequence[Proposal] = ()) 
 
     Args:
         values: as a vehicle file holds them, tables as mappings.
-        proposals: entries of `[signals]`, written as comments for the user to check.
+        proposals: entries of `[signals]`, for the user to check; their other candidates are written as comments.
     """
     lines = [_HEAD]
     for name, key in KEYS.items():
@@ -52,7 +52,8 @@ def _entry(name: str, value: object, is_given: bool) -> str:
 
 
 def _table(table: Key, given: Mapping[str, Any], proposals: Sequence[Proposal]) -> Iterator[str]:
-    yield f"{'' if given else '#'}[{table.name}]"
+    proposed = [each for each in proposals if each.signal not in given] if table.name == "signals" else []
+    yield f"{'' if given or proposed else '#'}[{table.name}]"
     yield from (_entry(name, value, True) for name, value in given.items())
     if table.name == "sensors":
         for name, key in KEYS.items():
@@ -61,13 +62,25 @@ def _table(table: Key, given: Mapping[str, Any], proposals: Sequence[Proposal]) 
                 yield from _about(key)
                 yield _entry(key_name, key.example, False)
         return
-    if table.name == "signals" and proposals:
-        for proposal in proposals:
-            if proposal.signal not in given:
-                yield from _comment(proposal.reason)
-                yield _entry(proposal.signal, proposal.entry(), False)
+    if proposed:
+        yield from _proposed(proposed)
         return
     yield from (_entry(name, value, False) for name, value in table.example.items() if name not in given)
+
+
+def _proposed(proposals: Sequence[Proposal]) -> Iterator[str]:
+    """The best candidate of each signal in force, the others as comments below it."""
+    files = ", ".join(dict.fromkeys(each.named.file for each in proposals if each.named.file))
+    yield from _comment(
+        f"Proposed{f' from {files}' if files else ''}: check name, unit and sign (-1 where right is positive). "
+        "`oncenter signals LOG --vehicle FILE` names a wrong sign or unit."
+    )
+    for proposal in proposals:
+        yield from _comment(proposal.remark)
+        yield _entry(proposal.signal, proposal.entry(), True)
+        for other in proposal.others:
+            yield from _comment(f"Another candidate. {other.remark}".strip())
+            yield _entry(other.signal, other.entry(), False)
 
 
 def toml(value: object) -> str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from oncenter.offset.signals_at_fault import accused_by
+
 if TYPE_CHECKING:
     from oncenter.offset.answer import Answer
     from oncenter.offset.findings import Finding
 
-_SIGNALS = ("steering wheel angle", "yaw rate", "vehicle speed", "lateral acceleration", "wheel speed")
 _BY_SIGNALS = ("sign_reversed", "scale", "signal_stuck", "vehicle_speed_zero", "wheel_speed")  # codes of such errors
 
 
@@ -17,10 +18,13 @@ def errors_of_signals(answer: Answer) -> list[Finding]:
 
 
 def accused(answer: Answer) -> list[str]:
-    """Names of the signals, in words; the witnesses that an error names after its colon are not accused."""
-    found: dict[str, None] = {}
-    for finding in errors_of_signals(answer):
-        first, _, rest = finding.text.partition(":")
-        names = [name for name in _SIGNALS if name in first] or [name for name in _SIGNALS if name in rest]
-        found.update(dict.fromkeys(names))
-    return list(found)
+    """Names of the signals, in words."""
+    return list(dict.fromkeys(name for finding in errors_of_signals(answer) for name in accused_by(finding)))
+
+
+def is_sensor_fault(answer: Answer) -> bool:
+    """A fault of the angle sensor. A reversed sign is none where the signals contradict each other: the mistake may be
+    another signal's sign, or an entry of the vehicle file."""
+    if answer.sensor_fault == "wrong_sign":
+        return not accused(answer)
+    return answer.sensor_fault != "none"

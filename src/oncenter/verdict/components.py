@@ -8,7 +8,7 @@ from oncenter.offset.core_findings import YAW_RATE_BIAS_LARGE_DEG_S
 from oncenter.offset.findings import PLAY_STANDARD_DEG
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE
-from oncenter.verdict.accused import accused
+from oncenter.verdict.accused import accused, is_sensor_fault
 from oncenter.verdict.numbers import half_width, rounded
 from oncenter.verdict.offset import FAULTS
 from oncenter.verdict.verdict import About, State, Verdict
@@ -24,7 +24,7 @@ _LOOK = "Look at the sensor and its mounting."
 
 def angle_sensor(answer: Answer) -> Verdict:
     about: About = "steering wheel angle sensor"
-    if answer.sensor_fault != "none":
+    if is_sensor_fault(answer):
         what, check = FAULTS[answer.sensor_fault]
         return Verdict(about, "repair", f"Repair: the sensor {what}.", check)
     if "steering wheel angle" in accused(answer):

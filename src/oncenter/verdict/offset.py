@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from oncenter.offset.cause import in_words
 from oncenter.offset.findings import PLAY_STANDARD_DEG, capitalised
 from oncenter.read.whole_turns import is_relative
-from oncenter.verdict.accused import accused, errors_of_signals
+from oncenter.verdict.accused import accused, errors_of_signals, is_sensor_fault
 from oncenter.verdict.next_driving import next_driving
 from oncenter.verdict.numbers import floor_of_size, half_width, joined, plus_minus, rounded
 from oncenter.verdict.verdict import State, Verdict
@@ -24,7 +24,7 @@ FAULTS = {  # of the angle sensor, by the core's names: what happens, and the ch
     "drifting": ("is drifting", "Check its mounting; replace it if it is tight."),
     "wrong_sign": (
         "has its sign reversed",
-        "Check how it is mounted, and its sign in the [signals] table of the vehicle file.",
+        "Check its sign in the [signals] table of the vehicle file, then how it is mounted.",
     ),
     "remounted": ("reads differently since a stop", "Check its mounting, and calibrate it."),
 }
@@ -32,7 +32,7 @@ FAULTS = {  # of the angle sensor, by the core's names: what happens, and the ch
 
 def offset(answer: Answer, limit_deg: float) -> Verdict:
     """About the straight-ahead offset; `limit_deg` in deg, either sign."""
-    if answer.sensor_fault != "none":
+    if is_sensor_fault(answer):
         return _repair(answer)
     if answer.offset.status == "invalid":
         return _no_verdict(answer)
@@ -108,7 +108,9 @@ def _exact(answer: Answer, limit_deg: float) -> Verdict:
     if ci95[0] <= 0.0 <= ci95[1]:
         action = "Check whether the truck pulls to one side, or drive again on another day, before you recalibrate."
         return _verdict("over", f"Over the limit: {found}", action, *notes)
-    return _verdict("recalibrate", f"Recalibrate: {found}", _correction(answer), _direction(value), *notes)
+    return _verdict(
+        "recalibrate", f"Recalibrate: {found}", _correction(answer), _in_own_count(answer), _direction(value), *notes
+    )
 
 
 def _direction(offset_rad: float) -> str:
@@ -125,6 +127,17 @@ def _correction(answer: Answer) -> str:
         return f"Add {remaining:+.1f} deg."
     total = round(applied + remaining, 3) + 0.0
     return f"Add {remaining:+.1f} deg to the {applied:+.4g} deg that is applied already: set {total:+.4g} deg."
+
+
+def _in_own_count(answer: Answer) -> str:
+    """The sum with the opposite sign, for the network or ECU whose own values are positive to the right."""
+    assert answer.offset.value is not None
+    entry = answer.vehicle.signals.get("steering_wheel_angle")
+    if entry is None or entry.sign == 1:
+        return ""
+    remaining, applied = rounded(answer.offset.value), -round(answer.vehicle.offset_applied_deg, 3)
+    total = f" to {applied:+.4g} deg: set {round(applied + remaining, 3) + 0.0:+.4g} deg" if applied else ""
+    return f"The network counts right as positive: in its own count, add {remaining:+.1f} deg{total}."
 
 
 def _straddles(answer: Answer, limit_deg: float) -> str:

@@ -101,7 +101,7 @@ def test_the_best_signals_of_a_database_are_in_force_and_other_candidates_are_co
     }
     assert "# Proposed from t.dbc: check name, unit and sign" in text
     assert '#steering_wheel_angle = { name = "SAS.SteeringAngle2", unit = "deg", sign = 1 }' in text
-    assert "not found, add to [signals]: vehicle_speed" in capsys.readouterr().out
+    assert "note: vehicle_speed: no name fits; add an entry to [signals]" in capsys.readouterr().out
 
 
 def test_the_columns_of_a_log_are_proposed(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -127,6 +127,7 @@ def test_of_a_database_only_signals_that_the_log_has_are_proposed(tmp_path: Path
     [
         ("SAS11.SAS_Angle|deg SAS11.SAS_Speed|deg/s", {"steering_wheel_angle": "SAS11.SAS_Angle"}),
         ("A.STEER_RATE|deg/s A.STEER_ANGLE|deg", {"steering_wheel_angle": "A.STEER_ANGLE"}),
+        ("STEERING.WheelAngle|deg STEERING.WheelSpeed|deg/s", {"steering_wheel_angle": "STEERING.WheelAngle"}),
         ("A.YawAngle|deg A.YawRate|deg/s", {"yaw_rate": "A.YawRate"}),
         ("A.YawRateOffset|deg/s", {}),
         ("W.WHL_SPD_FL|km/h W.WHL_SPD_FL_Stat|", {"wheel_speed_front_left": "W.WHL_SPD_FL"}),

@@ -75,7 +75,6 @@ def new(
     In a terminal it prompts for each value. With --wheelbase-m and --steering-ratio there are no prompts.
     """
     from oncenter.files.whole_file import check_place, write_whole
-    from oncenter.vehicle_file.check import NEEDED
     from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
 
     _refuse_existing(output)
@@ -96,17 +95,12 @@ def new(
         values = _asked(output, values)
     _require_both(values)
     databases = [Path(path) for path in values.get("dbc", ())]
-    proposed, notes = proposals_for(databases, log)
+    proposed, notes = proposals_for(databases, log, values.get("signals", ()))
     write_whole(output, new_vehicle_file(output, values, proposed))
     for note in notes:
         typer.echo(f"note: {note}")
     if proposed:
         typer.echo(f"{len(proposed)} signals proposed in [signals]: check name, unit and sign of each")
-        needed = [
-            name for name in NEEDED if name not in {*values.get("signals", {}), *(each.signal for each in proposed)}
-        ]
-        if needed:
-            typer.echo(f"not found, add to [signals]: {', '.join(needed)}")
     by_log = "" if log is None else f" {log}"
     typer.echo(f"wrote {output}: edit it, then check it with: oncenter vehicle check {output}{by_log}")
 

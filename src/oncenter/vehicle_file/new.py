@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from oncenter.errors import OncenterError
 from oncenter.files.toml_file import refusal
 from oncenter.vehicle import vehicle_from
+from oncenter.vehicle_file.check import NEEDED
 from oncenter.vehicle_file.proposals import Named, Proposal, proposals, signals_of_database
 from oncenter.vehicle_file.written import vehicle_text
 
@@ -39,9 +40,14 @@ def _from_folder(folder: Path, path: str) -> str:
     return path if os.path.isabs(path) else Path(os.path.relpath(path, folder)).as_posix()
 
 
-def proposals_for(databases: Sequence[Path], log: Path | None) -> tuple[list[Proposal], list[str]]:
+def proposals_for(
+    databases: Sequence[Path], log: Path | None, given: Collection[str] = ()
+) -> tuple[list[Proposal], list[str]]:
     """Proposals from the columns of a log that is a table, else from databases; with a log of frames only those whose
     signals are in the log.
+
+    Args:
+        given: signals that have an entry already.
 
     Returns:
         The proposals, and notes for people.
@@ -57,12 +63,21 @@ def proposals_for(databases: Sequence[Path], log: Path | None) -> tuple[list[Pro
     for path in databases:
         there += signals_of_database(path)
     proposed = proposals(there)
+    if not there:
+        return [], []
     if log is None or columns:
-        return proposed, []
-    return _in_log(log, databases, proposed)
+        return proposed, _not_found({*given, *(each.signal for each in proposed)})
+    return _in_log(log, databases, proposed, given)
 
 
-def _in_log(log: Path, databases: Sequence[Path], proposed: list[Proposal]) -> tuple[list[Proposal], list[str]]:
+def _not_found(found: Collection[str]) -> list[str]:
+    missing = [name for name in NEEDED if name not in found]
+    return [f"{', '.join(missing)}: no name fits; add an entry to [signals]"] if missing else []
+
+
+def _in_log(
+    log: Path, databases: Sequence[Path], proposed: list[Proposal], given: Collection[str]
+) -> tuple[list[Proposal], list[str]]:
     import oncenter as oc
 
     names = {each.signal: each.signal_name() for each in proposed}
@@ -75,4 +90,4 @@ def _in_log(log: Path, databases: Sequence[Path], proposed: list[Proposal]) -> t
     found = [each for each in proposed if each.signal in drive.sources]
     unnamed = [signal for signal in drive.sources if signal not in names]
     notes = [f"{', '.join(unnamed)}: found in {log.name} without an entry in [signals]"] if unnamed else []
-    return found, notes
+    return found, [*notes, *_not_found({*given, *drive.sources})]

@@ -124,7 +124,11 @@ def _rank(signal: str, named: Named) -> tuple[int, bool] | None:
     unit = _unit(signal, named)
     if unit is None and named.unit and is_unit(named.unit):
         return None
-    rank = next((k for k, pattern in enumerate(_PATTERNS[signal]) if re.search(pattern, words)), None)
+    patterns = _PATTERNS[signal]
+    rank = next((k for k, pattern in enumerate(patterns) if re.search(pattern, words)), None)
+    if rank is None and signal == "steering_wheel_angle":  # STEERING.WheelAngle
+        whole = _words_of(named.name.replace(".", "_"))
+        rank = len(patterns) if any(re.search(pattern, whole) for pattern in patterns) else None
     return None if rank is None else (rank, unit is None)
 
 

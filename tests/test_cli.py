@@ -55,7 +55,7 @@ def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.Captu
             r"offset (\d\S+) deg.* has (\S+) deg of play",
             "(`heavy_play`): {} deg, and {} deg of play",
         ),
-        ("heavy_play", "thesis", r"offset (\d\S+) deg ± ([\d.]+)", "(`--method thesis`), says {} ± {} deg:"),
+        ("heavy_play", "thesis", r"offset (\d\S+) deg ± ([\d.]+)", "(`--method thesis`) says {} ± {} deg:"),
         ("bypass", "joint", r"offset (\d\S+) deg ± (\S+) from this drive \(converging\)", "`converging`, {} ± {} deg"),
     ],
 )

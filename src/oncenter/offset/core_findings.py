@@ -197,7 +197,7 @@ def _gate_shut(native: Mapping[str, Any], params: Mapping[str, float], method: s
         mean = native["bank_mean"]
         text += (
             f". Lateral acceleration minus yaw rate times speed is {mean:+.2f} m/s^2 on average, as with an "
-            f"accelerometer bias. Raise {param} in [params] of the vehicle file, or use --no-accelerometer"
+            f"accelerometer bias. Check the accelerometer. Use --no-accelerometer, or raise {param} in [params]"
         )
         return from_table("gate_shut", text, mean)
     text += f". {instead.capitalize()}, or raise {param} in [params] of the vehicle file"

@@ -344,7 +344,7 @@ def test_the_command_line_gives_another_limit(drive: Signals, tmp_path: Any, cap
     assert capsys.readouterr().out.startswith("Within the limit: straight-ahead offset +2.0 deg ± 0.1 (limit 3 deg).")
     for bad in ("0", "31", "nan"):
         assert run([*offset, "--limit", bad]) == 2
-        assert f"--limit must be above 0 and at most 30 deg, got {bad}" in capsys.readouterr().err
+        assert f"--limit must be 0.1 to 30 deg, got {bad}" in capsys.readouterr().err
 
 
 def test_a_limit_out_of_range_in_a_vehicle_file_is_refused_by_name(tmp_path: Any) -> None:

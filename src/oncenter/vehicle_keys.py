@@ -13,7 +13,7 @@ from pydantic import Field
 
 APPLIED_MAX_DEG = 720.0  # two turns of the steering wheel
 OFFSET_LIMIT_DEG = 2.0  # thesis 5.6: the accuracy of its method on a well serviced truck
-OFFSET_LIMIT_MAX_DEG = 30.0
+OFFSET_LIMIT_MIN_DEG, OFFSET_LIMIT_MAX_DEG = 0.1, 30.0  # offsets are printed to 0.1 deg
 
 
 @dataclass(frozen=True)
@@ -172,7 +172,7 @@ KEYS: dict[str, Key] = {
             "Straight-ahead offset, to either side, from which the verdict is to recalibrate.",
             OFFSET_LIMIT_DEG,
             unit="deg",
-            low=0.1,
+            low=OFFSET_LIMIT_MIN_DEG,
             high=OFFSET_LIMIT_MAX_DEG,
             usual=(0.5, 10.0),
             where="Service manual, or the requirement of the function that uses the angle.",

@@ -205,16 +205,16 @@ def with_limit(truck: oc.Vehicle, limit_deg: float | None) -> oc.Vehicle:
     """With the limit that a command line gives in place of the vehicle file's.
 
     Raises:
-        OncenterError: "usage", exit code 2: not positive, beyond 30 deg, or no number.
+        OncenterError: "usage", exit code 2: out of the range of the vehicle file's `offset_limit_deg`.
     """
     from oncenter.errors import WRONG_USAGE, OncenterError
-    from oncenter.vehicle_keys import OFFSET_LIMIT_MAX_DEG
+    from oncenter.vehicle_keys import OFFSET_LIMIT_MAX_DEG, OFFSET_LIMIT_MIN_DEG
 
     if limit_deg is None:
         return truck
-    if not 0.0 < limit_deg <= OFFSET_LIMIT_MAX_DEG:
+    if not OFFSET_LIMIT_MIN_DEG <= limit_deg <= OFFSET_LIMIT_MAX_DEG:
         raise OncenterError(
-            f"--limit must be above 0 and at most {OFFSET_LIMIT_MAX_DEG:g} deg, got {limit_deg:g}",
+            f"--limit must be {OFFSET_LIMIT_MIN_DEG:g} to {OFFSET_LIMIT_MAX_DEG:g} deg, got {limit_deg:g}",
             code="usage",
             exit_code=WRONG_USAGE,
         )

@@ -22,6 +22,7 @@ def project_in(folder: Path) -> Path:
         shutil.copy(ROOT / name, folder)
     for name in ("core", "dbc", "scenarios", "vehicles", "src"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info", "*.so"))
+    shutil.copytree(ROOT / "docs" / "reference", folder / "docs" / "reference")
     return folder
 
 

@@ -66,7 +66,7 @@ def test_what_was_answered_is_kept_where_ray_does_not_begin(monkeypatch: pytest.
 
     monkeypatch.setattr(ray, "init", init)
     rows = {}
-    with pytest.raises(OncenterError, match="Ray did not begin on this machine: The current node timed out"):
+    with pytest.raises(OncenterError, match="Ray did not start on this machine: The current node timed out"):
         for log, row in on_ray(None)(work, logs):
             rows[log] = row
     assert rows == {log: {"answered": log.uri} for log in logs}

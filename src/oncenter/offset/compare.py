@@ -84,7 +84,6 @@ class Comparison:
 
     def to_dict(self) -> dict[str, Any]:
         """The object of the schema oncenter/compare-1; degrees."""
-        has = self.change_deg is not None and self.half_width_deg is not None
         return {
             "schema": "oncenter/compare-1",
             "state": self.state,
@@ -94,7 +93,7 @@ class Comparison:
             "change": {
                 "value": self.change_deg,
                 "unit": "deg",
-                "ci95": [self.change_deg - self.half_width_deg, self.change_deg + self.half_width_deg] if has else None,  # type: ignore[operator]
+                "ci95": _interval(self.change_deg, self.half_width_deg),
             },
             "cancelled_half_width_deg": self.shared_half_width_deg,
             "before": _offset_dict(self.before),
@@ -106,7 +105,7 @@ class Comparison:
 
     def __str__(self) -> str:
         lines = [f"{self.headline} {self.action}".rstrip(), ""]
-        for name, offset in (("before", self.before), ("after", self.after)):
+        for name, offset in _named(self):
             lines.append(f"  {name:8}{_value_words(offset):24}{offset.status:14}{offset.log}")
         if self.change_deg is not None and self.half_width_deg is not None:
             lines.append(f"  {'change':8}{_signed(self.change_deg)} ± {_width(self.half_width_deg)} deg")
@@ -120,8 +119,8 @@ class Comparison:
         return "\n".join(lines)
 
     def _without_offset(self) -> str:
-        names = (("before", self.before), ("after", self.after))
-        return " and ".join(f"the drive {name} has no offset ({o.status})" for name, o in names if o.value_deg is None)
+        lacking = [(name, offset.status) for name, offset in _named(self) if offset.value_deg is None]
+        return " and ".join(f"the drive {name} has no offset ({status})" for name, status in lacking)
 
     def _change_words(self) -> str:
         assert self.change_deg is not None and self.half_width_deg is not None
@@ -293,15 +292,20 @@ def _named(comparison: Comparison) -> tuple[tuple[str, Offset], ...]:
 
 
 def _offset_dict(offset: Offset) -> dict[str, Any]:
-    value, width = offset.value_deg, offset.half_width_deg
     return {
         "log": offset.log,
         "vehicle": offset.vehicle,
-        "value": value,
+        "value": offset.value_deg,
         "unit": "deg",
-        "ci95_drive": None if value is None else [value - width, value + width],
+        "ci95_drive": _interval(offset.value_deg, offset.half_width_deg),
         "status": offset.status,
     }
+
+
+def _interval(value_deg: float | None, half_width_deg: float | None) -> list[float] | None:
+    if value_deg is None or half_width_deg is None:
+        return None
+    return [value_deg - half_width_deg, value_deg + half_width_deg]
 
 
 def _value_words(offset: Offset) -> str:

@@ -1,4 +1,4 @@
-"""The signals that the plausibility checks accuse: the errors among an answer's findings."""
+"""An answer's findings, as verdicts need them: one by its code, and the signals that the plausibility checks accuse."""
 
 from __future__ import annotations
 
@@ -11,6 +11,12 @@ if TYPE_CHECKING:
     from oncenter.offset.findings import Finding
 
 _BY_SIGNALS = ("sign_reversed", "scale", "signal_stuck", "vehicle_speed_zero", "wheel_speed")  # codes of such errors
+
+
+def finding_of(answer: Answer, code: str, severity: str | None = None) -> Finding | None:
+    """The first of this code, and of this severity if one is given."""
+    matching = (each for each in answer.findings if each.code == code and severity in (None, each.severity))
+    return next(matching, None)
 
 
 def errors_of_signals(answer: Answer) -> list[Finding]:

@@ -8,14 +8,13 @@ from oncenter.offset.core_findings import YAW_RATE_BIAS_LARGE_DEG_S
 from oncenter.offset.findings import PLAY_STANDARD_DEG
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE
-from oncenter.verdict.accused import accused, is_sensor_fault
+from oncenter.verdict.accused import accused, finding_of, is_sensor_fault
 from oncenter.verdict.numbers import half_width, rounded
 from oncenter.verdict.offset import FAULTS
 from oncenter.verdict.verdict import About, State, Verdict
 
 if TYPE_CHECKING:
     from oncenter.offset.answer import Answer
-    from oncenter.offset.findings import Finding
 
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none: offset/answer.py
 _NO_ACTION = "No action."
@@ -62,7 +61,7 @@ def yaw_rate_sensor(answer: Answer) -> Verdict:
         return _signal_at_fault(about, "yaw rate")
     if answer.method == "wheel-speed":
         return _not_used(about, answer)
-    if _finding(answer, "yaw_rate_bias_moves", "warning") or answer.yaw_rate_bias.status == "invalid":
+    if finding_of(answer, "yaw_rate_bias_moves", "warning") or answer.yaw_rate_bias.status == "invalid":
         return Verdict(about, "check", "Check: the bias changes during the drive.", _LOOK)
     bias_rad_s = answer.yaw_rate_bias.value
     if bias_rad_s is None:
@@ -75,7 +74,7 @@ def yaw_rate_sensor(answer: Answer) -> Verdict:
     if abs(bias) > YAW_RATE_BIAS_LARGE_DEG_S:
         removed = ", corrected in the offset" if corrected else ""
         return Verdict(about, "check", f"Check: bias {bias:+.2f} deg/s{removed}.", _LOOK)
-    if not corrected and _finding(answer, "yaw_rate_bias"):
+    if not corrected and finding_of(answer, "yaw_rate_bias"):
         action = "Use the method joint, which corrects it."
         return Verdict(about, "check", f"Check: bias {bias:+.2f} deg/s, not corrected in the offset.", action)
     return Verdict(about, "ok", f"Bias {bias:+.2f} deg/s{', corrected' if corrected else ''}.", _NO_ACTION)
@@ -87,13 +86,13 @@ def accelerometer(answer: Answer) -> Verdict:
         return _signal_at_fault(about, "lateral acceleration")
     if not answer.params["use_accelerometer"] or answer.method == "wheel-speed":
         return _not_used(about, answer)
-    moved = _finding(answer, "lateral_acceleration_moves", "warning")
+    moved = finding_of(answer, "lateral_acceleration_moves", "warning")
     if moved is not None:
         return Verdict(about, "repair", f"Repair: its zero moved by {moved.value:.1f} m/s^2 during the drive.", _LOOK)
-    standing = _finding(answer, "lateral_acceleration_at_standstill")
+    standing = finding_of(answer, "lateral_acceleration_at_standstill")
     if standing is not None and standing.value is not None:
         return _standing(about, standing.value, answer.vehicle.sensors.lateral_acceleration_bias_m_s2)
-    neutral = _finding(answer, "unloading_off_zero")
+    neutral = finding_of(answer, "unloading_off_zero")
     if neutral is not None:
         headline = f"Check: the steering is without lateral force at {neutral.value:+.2f} m/s^2, not at zero."
         action = "Check the wheel alignment and the mounting of the sensor."
@@ -119,8 +118,3 @@ def _signal_at_fault(about: About, signal: str) -> Verdict:
 def _not_used(about: About, answer: Answer) -> Verdict:
     by = f"the method {answer.method}" if answer.method == "wheel-speed" else "this answer"
     return Verdict(about, "undecided", f"Not used by {by}.", _NO_ACTION)
-
-
-def _finding(answer: Answer, code: str, severity: str | None = None) -> Finding | None:
-    matching = (each for each in answer.findings if each.code == code and severity in (None, each.severity))
-    return next(matching, None)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
+from oncenter.verdict.accused import finding_of
 from oncenter.verdict.numbers import joined
 
 if TYPE_CHECKING:
     from oncenter.offset.answer import Answer
-    from oncenter.offset.findings import Finding
 
 _MINUTE_S = 60.0
 _TOO_WIDE = "The interval is still too wide."
@@ -34,11 +34,6 @@ def minutes(seconds: float) -> str:
     """ "1 more minute": whole ones, since nobody drives by seconds."""
     count = max(math.ceil(seconds / _MINUTE_S), 1)
     return f"{count} more minute{'' if count == 1 else 's'}"
-
-
-def _finding(answer: Answer, code: str, severity: str | None = None) -> Finding | None:
-    matching = (each for each in answer.findings if each.code == code and severity in (None, each.severity))
-    return next(matching, None)
 
 
 def _speed_min_km_h(answer: Answer) -> float:
@@ -78,13 +73,13 @@ def _speed(answer: Answer) -> Driving | None:
 
 
 def _gate(answer: Answer) -> Driving | None:
-    finding = _finding(answer, "gate_shut")
+    finding = finding_of(answer, "gate_shut")
     return None if finding is None else Driving("check the signals, then repeat the drive", _sentence(finding.text))
 
 
 def _accelerometer(answer: Answer) -> Driving | None:
     """A zero that moves makes every later second doubtful."""
-    finding = _finding(answer, "lateral_acceleration_moves", "warning")
+    finding = finding_of(answer, "lateral_acceleration_moves", "warning")
     if finding is None:
         return None
     return Driving("check the accelerometer, or answer without it (--no-accelerometer)", _sentence(finding.text))
@@ -119,7 +114,7 @@ def _evidence(answer: Answer) -> Driving | None:
 
 
 def _tighter_bends(answer: Answer) -> Driving | None:
-    if _finding(answer, "no_understeer") is None:
+    if finding_of(answer, "no_understeer") is None:
         return None
     return Driving(
         "drive 5 more minutes with tighter bends to both sides",

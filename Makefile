@@ -11,9 +11,13 @@ BUILDERS = setup.py liboncenter.py
 INCLUDES = -Icore
 CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_speed_method.py angle.py message.py)
 OFFSET_TESTS = $(addprefix tests/test_,estimate.py findings.py budget.py signals_at_fault.py)
-# Each test runs once: with sanitizers if it calls C code of oncenter, without them otherwise.
-SANITIZED = $(CORE_TESTS) $(wildcard tests/test_simulate*.py) $(addprefix tests/test_,estimate.py oracle.py tandem.py)
 PYTEST = -m pytest -q -n auto --dist worksteal
+SLOW = $(BIN)/python -m pytest -q -n auto --dist loadgroup -m slow
+# The slow tests of a part of the night each; all others are of the part `slow`.
+STATISTICS = $(addprefix tests/test_,accuracy.py effects.py)
+DAMAGED = $(addprefix tests/test_,fleet_poison.py fuzz_logs.py hostile_logs.py mutated_files.py)
+BENCHES = tests/test_benches.py
+PAGES = tests/test_docs_code.py
 ON_OTHERS = $(PYTEST) -p no:cacheprovider -o faulthandler_timeout=120 -o faulthandler_exit_on_timeout=true -m "not slow"
 # Tests of the operating system: files, child processes, buses, consoles.
 PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py file_name.py fleet.py live.py live_bus.py live_kept.py \
@@ -49,21 +53,26 @@ help: ## list all targets
 demo: .venv/ready ## simulate a drive, estimate the offset, write demo/report.html
 	@$(BIN)/oncenter demo
 
-quick: lint types ## after each change: ruff, typos, mypy, the tests of the core and of the answer
-	$(BIN)/python $(PYTEST) -m "not slow" $(CORE_TESTS) $(OFFSET_TESTS)
+quick: lint types ## after each change, in a minute: ruff, typos, mypy, the tests of what a change usually breaks
+	$(BIN)/python $(PYTEST) -m "not slow and not browser" $(QUICK)
 
-test: .venv/dev ## all checks, all tests except the slow ones, each bench once
-	@$(MAKE) --no-print-directory -j2 -Otarget lint types warnings cppcheck build/sanitize/lib
-	@$(MAKE) --no-print-directory sanitize pytest
+test: .venv/dev ## before each commit, in five minutes: all checks and tests that are not slow
+	@$(MAKE) --no-print-directory -j2 -Otarget lint types warnings cppcheck
+	$(BIN)/python $(PYTEST) -m "not slow and not browser"
+
+night: .venv/dev ## everything else, in parts of an hour: make night PART=fuzz; docs/checks.md has their results
+	$(BIN)/python .ci/night.py $(PART)
 
 lint: .venv/dev ## ruff and typos
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/typos
 
-# mypy reports modules and functions that a platform does not have.
 types: .venv/dev
 	$(BIN)/mypy --strict src
+
+# mypy reports modules and functions that a platform does not have.
+elsewhere: .venv/dev ## the types as for Windows and macOS
 	$(BIN)/mypy --strict --platform win32 --cache-dir .mypy_cache/win32 src
 	$(BIN)/mypy --strict --platform darwin --cache-dir .mypy_cache/darwin src
 
@@ -84,16 +93,26 @@ build/sanitize/lib: .venv/dev $(wildcard src/oncenter/*.py src/oncenter/*/*.py s
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
 	@touch $@
 
-sanitize: build/sanitize/lib ## the tests that call C, with address and undefined-behaviour sanitizers
+sanitize-core: SANITIZED = $(CORE_TESTS)
+sanitize sanitize-core: build/sanitize/lib
 	LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libstdc++.so.6)" \
 	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \
-	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow" $(SANITIZED)
+	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow and not browser" $(SANITIZED)
 
-pytest: .venv/dev
-	$(BIN)/python $(PYTEST) -m "not slow" $(addprefix --ignore=,$(SANITIZED))
+slow: .venv/dev
+	$(SLOW) $(addprefix --ignore=,$(STATISTICS) $(DAMAGED) $(BENCHES) $(PAGES))
 
-slow: .venv/dev ## the slow tests: poisoned fleets, full disks, hostile and damaged logs, accuracy
-	$(BIN)/python -m pytest -q -n auto --dist loadgroup -m slow
+statistics: .venv/dev
+	$(SLOW) $(STATISTICS)
+
+damaged: .venv/dev
+	$(SLOW) $(DAMAGED)
+
+benches: .venv/dev
+	$(SLOW) $(BENCHES)
+
+pages: .venv/dev
+	$(SLOW) $(PAGES)
 
 # Only oncenter takes this machine for Windows or macOS. A test that hangs ends the run.
 portable: .venv/dev ## tests of files, processes and buses, with Windows and macOS imitated (tests/elsewhere)

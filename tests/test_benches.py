@@ -32,6 +32,7 @@ def test_no_bench_is_left_out() -> None:
     assert commands == SMALL.keys() | CALLED_BY_OTHERS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SMALL)
 def test_a_bench_runs(name: str, tmp_path: Path) -> None:
     if name == "live" and shutil.which("chromium") is None:

@@ -116,6 +116,7 @@ def test_play_separates_the_accelerometer_bias_from_the_offset(bias: float) -> N
     assert abs(by_mean["value"] - truth.offset_rad) > 2.0 * DEGREE
 
 
+@pytest.mark.slow
 def test_a_wrong_prior_of_the_crown_does_not_move_the_neutral_acceleration_of_a_play() -> None:
     """Left-hand traffic is given, the roads fall to the right: an apparent accelerometer bias of 0.4 m/s^2."""
     held = accurate = 0

@@ -62,6 +62,7 @@ def test_without_a_change_none_is_detected() -> None:
         assert answer_of(*driven(CREEPING if seed % 2 else "", seed))["changes"] == 0, f"seed {seed}"
 
 
+@pytest.mark.slow
 def test_the_offset_is_learned_again_after_a_self_correction_of_ten_degrees() -> None:
     """It takes two minutes. Some drives have a drift fault until the sensor is steady for five minutes. Each has up to
     three changes. A random walk of the zero absorbs a part, so they need not sum to ten degrees."""
@@ -127,6 +128,7 @@ def test_an_offset_that_has_just_jumped_is_not_valid_until_it_has_settled() -> N
     assert detected == ["valid", "converging", "valid"]
 
 
+@pytest.mark.slow
 def test_a_lifted_axle_is_detected_as_a_load_change_in_half_of_the_drives_and_rarely_as_an_offset() -> None:
     """With few bends the detection is too slow. The adaptation of gradient and wheelbase corrects the offset."""
     detected, held, moved = [], [], []

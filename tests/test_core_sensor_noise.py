@@ -160,6 +160,7 @@ def test_accelerometer_noise_does_not_bias_the_gradient() -> None:
     assert abs(wheelbase) < 0.02
 
 
+@pytest.mark.slow
 def test_gyro_noise_does_not_bias_the_wheelbase() -> None:
     of_quiet, of_noisy = errors_of(TIGHT), errors_of(TIGHT + NOISY_GYRO)
     gradient, wheelbase = np.subtract(of_noisy, of_quiet)
@@ -167,6 +168,7 @@ def test_gyro_noise_does_not_bias_the_wheelbase() -> None:
     assert abs(gradient) < 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("signal", "rms", "every"), [(LATERAL, 0.3, 1), (LATERAL, 0.3, 2), (YAW_RATE, 0.3 * DEGREE, 1)]
 )

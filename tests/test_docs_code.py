@@ -12,12 +12,7 @@ import pytest
 DOCS = Path(__file__).parents[1] / "docs"
 CODE = runpy.run_path(str(DOCS / "run_code.py"))
 NOTEBOOKS = runpy.run_path(str(DOCS / "run_notebook.py"))
-SLOW = ("docs/export.md", "docs/simulink_carmaker.md")  # they compile FMUs
-WITH_CODE = [
-    pytest.param(page, marks=pytest.mark.slow if page in SLOW else ())
-    for page in CODE["pages"]()
-    if CODE["blocks"](page)
-]
+WITH_CODE = [page for page in CODE["pages"]() if CODE["blocks"](page)]
 
 
 @pytest.fixture(scope="session")
@@ -26,6 +21,7 @@ def drives(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("drives")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", WITH_CODE)
 def test_the_code_of_a_page_runs_and_prints_what_the_page_shows(page: str, drives: Path) -> None:
     CODE["run_page"](page, drives)
@@ -72,6 +68,7 @@ def test_outputs_are_renewed_and_the_rest_of_the_page_is_left(drives: Path, tmp_
 NOTEBOOK_FILES = sorted((DOCS / "notebooks").glob("*.ipynb"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("notebook", NOTEBOOK_FILES, ids=lambda path: path.stem)
 def test_a_notebook_runs_from_its_first_cell_to_its_last(notebook: Path) -> None:
     assert "notebook-output" in NOTEBOOKS["as_page"](notebook)
@@ -85,6 +82,7 @@ def test_a_notebook_is_kept_without_outputs(notebook: Path) -> None:
     assert not any(line.startswith(("%", "!")) for cell in code for line in cell["source"]), "plain Python"
 
 
+@pytest.mark.slow
 def test_the_five_pictures_are_drawn_and_their_numbers_are_those_of_the_page(tmp_path: Path) -> None:
     made = runpy.run_path(str(DOCS / "make_how_it_works.py"))
     driven = made["drive"]()

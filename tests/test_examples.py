@@ -24,6 +24,7 @@ def test_every_example_is_in_their_readme() -> None:
     }
 
 
+@pytest.mark.slow
 def test_a_log_of_an_own_dbc_gives_the_offset_that_was_simulated(tmp_path: Path) -> None:
     folder, log = EXAMPLES / "own_dbc", tmp_path / "own.log"
     written = subprocess.run(

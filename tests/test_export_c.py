@@ -28,6 +28,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return export.write_c(tmp_path_factory.mktemp("c") / "oncenter")
 
 
+@pytest.mark.slow
 def test_the_command_in_the_folders_readme_builds_a_test_that_passes(folder: Path) -> None:
     readme = (folder / "README.md").read_text(encoding="utf-8")
     (line,) = re.findall(r"^cc .*$", readme, re.MULTILINE)
@@ -56,6 +57,7 @@ def test_a_core_that_differs_in_one_bit_fails_its_vectors_at_a_named_row(folder:
     assert f"expected {nudged}" in done.stdout
 
 
+@pytest.mark.slow
 def test_the_functions_for_simulink_give_the_offset_of_a_drive(folder: Path) -> None:
     example = ROOT / "examples" / "simulink"
     library = folder / "block.so"

@@ -441,6 +441,7 @@ def test_this_machines_binary_is_at_the_path_of_the_fmi_standard(
     assert (platform.path(2), platform.path(3)) == expected
 
 
+@pytest.mark.slow
 def test_without_zig_the_command_names_the_extra_for_the_other_platforms(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -182,6 +182,7 @@ def test_a_partly_installed_extra_is_detected(folder: Path, tmp_path: Path) -> N
     few.close()
 
 
+@pytest.mark.slow
 def test_a_fleet_rereads_logs_after_an_extra_is_installed(folder: Path, tmp_path: Path) -> None:
     (tmp_path / "without").mkdir()
     (tmp_path / "with").mkdir()

@@ -93,6 +93,7 @@ def test_a_truck_that_is_called_as_bokeh_calls_its_models_keeps_its_name() -> No
     assert f'"root_ids":["{root}"]' in script and f'"name":"Figure","id":"{root}"' in script
 
 
+@pytest.mark.slow
 def test_logs_that_come_late_and_in_any_order_end_as_all_at_once(
     fleet: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
@@ -192,6 +193,7 @@ night.run([logs], vehicles, output, engine=engine)
 """
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_at_any_moment_ends_as_one_undisturbed(
     fleet: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
@@ -210,6 +212,7 @@ def test_a_run_that_is_killed_at_any_moment_ends_as_one_undisturbed(
     assert not list((tmp_path / "out").rglob(".*"))
 
 
+@pytest.mark.slow
 def test_half_written_files_of_a_killed_run_are_removed(fleet: Path, tmp_path: Path) -> None:
     logs, output = tmp_path / "logs", tmp_path / "out"
     shutil.copytree(fleet / "logs", logs)
@@ -356,6 +359,7 @@ def test_a_folder_with_files_of_somebody_s_own_is_left_as_it_is(
     assert [path.name for path in tmp_path.iterdir()] == [name] and mine.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_what_was_answered_is_kept_when_the_tables_cannot_be_written(
     fleet: Path, undisturbed: Path, tmp_path: Path
 ) -> None:
@@ -420,6 +424,7 @@ def test_a_truck_whose_interval_holds_the_limit_is_undecided_on_page_tables_word
     assert given["verdicts"]["undecided"] == given["states"]["undecided"] == 1 and given["verdicts"]["fine"] == 0
 
 
+@pytest.mark.slow
 def test_the_page_holds_every_drive_of_a_fleet_and_the_newest_of_a_large_one(
     fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -51,6 +51,7 @@ def holds(answer: oc.Answer, value: float) -> bool:
     return answer.offset.ci95[0] <= value <= answer.offset.ci95[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("base", "seeds"), [("motorway", 20), ("bypass", 6)])
 def test_a_configured_play_narrows_a_short_drive_on_one_flank_correctly(tmp_path: Path, base: str, seeds: int) -> None:
     """The error of the configured play is one standard deviation."""

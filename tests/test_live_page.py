@@ -162,6 +162,7 @@ def test_an_address_that_is_none_of_this_machine_is_named_as_such(address: str) 
     assert refusal.value.exit_code == 2
 
 
+@pytest.mark.slow
 def test_a_port_is_free_again_once_the_page_has_ended(log: Path) -> None:
     with Page(session_of(log, 1.0), PARAMS, "127.0.0.1", 0, print) as page:
         assert status(page, {"Host": f"127.0.0.1:{page.port}"}) == 200
@@ -185,6 +186,7 @@ def test_a_page_whose_process_dies_is_said_and_the_session_goes_on(log: Path) ->
     assert said == [f"the page has ended: its process ended with code {code}; the session continues"]
 
 
+@pytest.mark.slow
 def test_the_page_s_process_ends_with_the_session_s() -> None:
     """Whatever ended it: the pipe is closed then."""
     begin = (
@@ -205,6 +207,7 @@ def _has_ended(pid: int) -> bool:
         return True
 
 
+@pytest.mark.slow
 def test_without_a_viewer_the_session_does_nothing_for_the_page(log: Path) -> None:
     session = session_of(log, 20.0)
     with Page(session, PARAMS, "127.0.0.1", 0, print) as page:

@@ -421,6 +421,7 @@ def ignition(program: Path, columns: dict[str, Array], slots: Path) -> list[tupl
     return [(int(pgn), bytes.fromhex(data)) for pgn, data in lines]
 
 
+@pytest.mark.slow
 def test_two_compilers_that_lay_structs_out_differently_write_the_same_image(
     compiled: dict[str, Path], tmp_path: Path, columns: dict[str, Array]
 ) -> None:

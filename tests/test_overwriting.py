@@ -91,6 +91,7 @@ def test_a_demo_keeps_a_file_of_the_user(name: str, tmp_path: Path, capfd: pytes
     assert dict(contents(tmp_path)) == {name: b"mine"}
 
 
+@pytest.mark.slow
 def test_a_demo_replaces_a_demo_but_not_a_log_that_the_user_put_there(
     tmp_path: Path,
 ) -> None:

@@ -411,12 +411,14 @@ LINE = st.one_of(
 )
 
 
+@pytest.mark.slow
 @given(st.lists(LINE, max_size=30))
 @example(["(99999999999.000000) can0 18F0093E#697D7F637D577F7D", "(0.000001) can0 18F0093E#697D7F637D577F7D"])
 def test_random_lines_give_a_refusal_or_a_table(lines: list[str]) -> None:
     survives(".log", "\n".join(lines).encode())
 
 
+@pytest.mark.slow
 @given(st.integers(0, 400 * 45), st.binary(min_size=1, max_size=20))
 def test_local_damage_in_a_candump_log_never_changes_a_value(place: int, scratch: bytes) -> None:
     """The undamaged frames around a damaged stretch keep their values."""

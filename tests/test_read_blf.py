@@ -512,6 +512,7 @@ SMALLEST = blf_object(MARKER, b"", size=16, header_size=16)[:16]
 FULL = blf.MAX_CONTAINER_BYTES
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "content",
     [

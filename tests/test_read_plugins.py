@@ -45,6 +45,7 @@ def refused(site: Path, log: Path, code: str) -> str:
     return str(error["message"])
 
 
+@pytest.mark.slow
 def test_a_plugin_format_works_in_every_command(tmp_path: Path) -> None:
     log = tmp_path / "drive.ACME"
     acme_log(log)
@@ -56,6 +57,7 @@ def test_a_plugin_format_works_in_every_command(tmp_path: Path) -> None:
     assert signals["rate_hz"] == 50.0 and len(signals["signals"]) == 4
 
 
+@pytest.mark.slow
 def test_a_fleet_run_collects_a_plugins_logs_from_folders(tmp_path: Path) -> None:
     logs, vehicles = tmp_path / "logs" / "truck-1", tmp_path / "vehicles"
     logs.mkdir(parents=True)

@@ -384,6 +384,7 @@ def test_a_relative_sensor_is_drawn_without_whole_turns_once_they_are_identified
     assert there.offset[-1] == pytest.approx(here.offset[-1], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_three_hours_make_no_larger_page_than_half_an_hour(drive: Signals, text: str) -> None:
     table = pl.concat([drive.table] * 6)
     long = replace(drive, table=table.with_columns(pl.Series("time_s", np.arange(table.height) / drive.rate_hz)))

@@ -52,6 +52,7 @@ def moved(drives: tuple[Signals, ...], at: int, by_deg: float) -> list[Signals]:
     ]
 
 
+@pytest.mark.slow
 def test_after_a_step_between_two_of_nine_logs_the_answer_uses_those_since() -> None:
     answer = oc.offset(moved(days(9), 5, 1.9), vehicle())
     assert answer.offset.value is not None and answer.offset.ci95 is not None
@@ -63,6 +64,7 @@ def test_after_a_step_between_two_of_nine_logs_the_answer_uses_those_since() -> 
     assert any("between day4.parquet and day5.parquet" in finding.text for finding in answer.findings)
 
 
+@pytest.mark.slow
 def test_a_step_is_found_wherever_it_is_between_nine_logs() -> None:
     for at in range(2, 8):
         answer = oc.offset(moved(days(9), at, -3.0), vehicle())
@@ -85,6 +87,7 @@ def test_two_valid_logs_that_differ_by_three_degrees_are_not_blended() -> None:
     assert oc.offset(list(days(2)), vehicle()).changes == ()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "at", "into_s"), [(4, 3, 100.0), (5, 4, 0.0), (8, 7, 0.0), (4, 3, 500.0)], ids=str)
 def test_a_new_offset_in_the_last_log_is_not_treated_as_an_outlier(count: int, at: int, into_s: float) -> None:
     """Whichever of both is found, the run over all logs or the model: the old offset is never printed as valid."""
@@ -135,6 +138,7 @@ def test_fewer_than_four_logs_have_no_model() -> None:
     assert together.steps == () and together.model is None and together.since == 0
 
 
+@pytest.mark.slow
 def test_a_configured_pull_narrows_several_logs_and_is_subtracted_once() -> None:
     """The scenario's truck does not pull: a configured pull of 0.05 shifts the offset by i K 0.05."""
     answer = oc.offset(list(days(9)), vehicle(pull_m_s2=0.0, pull_sd_m_s2=0.01))

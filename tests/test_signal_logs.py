@@ -518,6 +518,7 @@ def test_the_signals_command_lists_the_content_of_each_format(
     assert {"steering_wheel_angle", "yaw_rate", "vehicle_speed"} <= set(json.loads(capsys.readouterr().out)["signals"])
 
 
+@pytest.mark.slow
 def test_a_folder_and_a_fleet_read_these_formats(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     logs, trucks = tmp_path / "logs" / "truck", tmp_path / "trucks"
     logs.mkdir(parents=True)
@@ -588,6 +589,7 @@ def test_each_signals_table_of_the_page_about_formats_is_a_vehicle_files(tmp_pat
 # ---------------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_file_that_unpacks_beyond_the_limit_is_stopped(tmp_path: Path) -> None:
     with h5py.File(tmp_path / "x.mat", "w") as file:
         for name in ("time_s", "yaw_rate_deg_s"):

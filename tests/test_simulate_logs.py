@@ -111,6 +111,7 @@ def test_a_table_reads_back_to_the_last_bit(faulty: Path, tmp_path: Path, suffix
         np.testing.assert_array_equal(again[column].to_numpy(), said.table[column].to_numpy(), err_msg=column)
 
 
+@pytest.mark.slow
 def test_two_processes_at_two_times_in_two_zones_and_folders_write_the_same_bytes(tmp_path: Path) -> None:
     (tmp_path / "faulty.toml").write_text(FAULTY + LATE, encoding="utf-8")
     code = (

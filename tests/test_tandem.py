@@ -94,6 +94,7 @@ def test_estimates_with_an_axle_layout_are_used_with_it() -> None:
     assert np.abs(angles[0] - angles[1]).max() > 1.0 * DEG
 
 
+@pytest.mark.slow
 def test_a_laden_three_axle_truck_is_measured_the_better_for_its_layout(tmp_path: Path) -> None:
     """On a crowned road bends to one side alone take the side force away, so that what they add goes one way."""
     truck = {key: value for key, value in LAYOUTS["6x4"].items() if key != "payload"}

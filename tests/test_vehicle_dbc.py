@@ -114,6 +114,7 @@ def test_a_dbc_is_parsed_once_for_many_logs_and_again_when_it_changed(
     assert dbc.definitions([file], renamed, [])[0].message.name == "WHEELS"
 
 
+@pytest.mark.slow
 def test_a_fleet_answers_its_logs_again_after_a_change_of_the_dbc(desk: Path) -> None:
     fleet_run(["../logs"], "../trucks", "out")
     (desk / "trucks" / "dbc" / "own.dbc").write_text(OWN.replace("(0.01,0)", "(0.02,0)"))

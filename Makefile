@@ -2,8 +2,9 @@
 PYTHON ?= python3
 BIN := .venv/bin
 # Without byte code: most modules are never imported, and Python compiles the others at their first import.
-QUIETLY = -q --disable-pip-version-check --no-compile
-PIP = $(BIN)/python -m pip install $(QUIETLY)
+PIP = -m pip install --disable-pip-version-check --no-compile --progress-bar off
+# said=$$(PIP …) $(OR_SAY_WHY): quiet, unless it fails. `pip -q` does not say which packages are in conflict.
+OR_SAY_WHY = || { printf '%s\n' "$$said" | grep -vE '^ *(Collecting|Downloading|Using cached|Requirement already)' >&2; exit 1; }
 EXPORTED = src/oncenter/export/c/oncenter_ecu.c $(wildcard src/oncenter/export/fmi/*.c)
 C_FILES = $(wildcard core/*.c src/oncenter/simulate/native/*.c)
 C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
@@ -25,30 +26,61 @@ PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py file_name.py fleet.py l
 MACOS_TESTS = $(addprefix tests/test_,child.py file_name.py live_bus.py live_kept.py whole_file.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
-# Debian packages these apart from python3 and gcc. Without ensurepip, venv fails and leaves an incomplete .venv.
-DEBIAN = python3-venv gcc libc6-dev
-HAS_PYTHON = $(PYTHON) -c 'import ensurepip' 2>/dev/null
-HAS_C = echo '\#include <stdlib.h>' | $(CC) -fsyntax-only -xc - 2>/dev/null
+# Debian packages: DEBIAN_BASE for every target that makes .venv, DEBIAN_X for `make X` too. If root runs make on Debian,
+# it installs them. Otherwise one line names all that are missing for the targets typed, before anything is downloaded.
+DEBIAN_BASE = python3 python3-venv gcc libc6-dev
+DEBIAN_cppcheck = cppcheck
+DEBIAN_test = $(DEBIAN_cppcheck) g++ chromium poppler-utils
+DEBIAN_fuzz = clang libclang-rt-dev
+DEBIAN_embedded = gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
+# They run or load the binaries that zig compiles; ecos needs libtbb12.
+DEBIAN_fmu = wine64 qemu-user libc6-arm64-cross libtbb12
+DEBIAN_wheels = qemu-user wine wine64 musl mmdebstrap
+needed = $(sort $(DEBIAN_BASE) $(foreach target,$(MAKECMDGOALS),$(DEBIAN_$(target))))
 
-HAS_FUZZER = echo 'int LLVMFuzzerTestOneInput(const char *d, long n) { return d[n - n]; }' | \
-	clang -fsanitize=fuzzer -xc - -o /dev/null 2>/dev/null
-HAS_ARM = command -v qemu-system-arm >/dev/null && \
-	echo '\#include <math.h>' | arm-none-eabi-gcc -fsyntax-only -xc - 2>/dev/null
+# has_NAME: the machine has what the package NAME installs, from any source. A build needs headers, not only a compiler.
+finds_header = echo '\#include <$(2)>' | $(1) -fsyntax-only -xc -
+has_python3 = command -v $(PYTHON)
+has_python3-venv = $(PYTHON) -c 'import ensurepip'
+has_gcc = command -v $(CC)
+has_libc6-dev = $(call finds_header,$(CC),stdlib.h)
+has_g++ = command -v g++
+has_cppcheck = command -v cppcheck
+has_chromium = command -v chromium || command -v chromium-browser || command -v google-chrome
+has_poppler-utils = command -v pdftotext
+has_clang = command -v clang
+has_libclang-rt-dev = echo 'int LLVMFuzzerTestOneInput(const char *d, long n) { return d[n - n]; }' | \
+	clang -fsanitize=fuzzer -xc - -o /dev/null
+has_gcc-arm-none-eabi = command -v arm-none-eabi-gcc
+has_libnewlib-arm-none-eabi = $(call finds_header,arm-none-eabi-gcc,math.h)
+has_qemu-system-arm = command -v qemu-system-arm
+has_qemu-user = command -v qemu-aarch64
+has_wine = command -v wine
+has_wine64 = PATH="$$PATH:/usr/lib/wine" command -v wine64
+has_libc6-arm64-cross = test -d /usr/aarch64-linux-gnu
+has_libtbb12 = ls /usr/lib/*/libtbb.so.12
+has_musl = ls /lib/ld-musl-*.so.1
+has_mmdebstrap = command -v mmdebstrap
+missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || printf ' $(package)';)
 
-HAS_EMULATORS = command -v qemu-aarch64 wine mmdebstrap >/dev/null && ls /lib/ld-musl-*.so.1 >/dev/null 2>&1
-
-# $(call need,test,packages): root on Debian installs them; otherwise make names them and stops.
-need = { $(1); } || { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && echo "installing $(2)" && \
-	apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $(2) \
-	>/dev/null </dev/null; } && { $(1); } || { echo "needs $(2): sudo apt-get install $(2)" >&2; exit 1; }
-
-.PHONY: help demo quick test lint types warnings cppcheck sanitize pytest slow portable coverage fuzz embedded fmu wheels \
-	bench accuracy docs lock lowest matrix clean
+.PHONY: help packages demo quick test lint types warnings cppcheck sanitize pytest slow portable coverage fuzz embedded fmu \
+	wheels bench accuracy docs lock lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## list all targets
 	@sed -nE 's/^([a-z]+):.*## (.*)/make \1|\2/p' $(MAKEFILE_LIST) | while IFS='|' read -r verb does; do \
 	  printf '%-14s %s\n' "$$verb" "$$does"; done
+
+packages:
+	@missing=$$($(missing)); \
+	if [ -n "$$missing" ] && [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	  echo "installing$$missing"; \
+	  { apt-get update -qq && DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends $$missing; } \
+	    >/dev/null </dev/null; \
+	  missing=$$($(missing)); \
+	fi; \
+	[ -z "$$missing" ] || { echo "missing$$missing; on Debian:" \
+	  "sudo apt-get update && sudo apt-get install -y --no-install-recommends$$missing" >&2; exit 1; }
 
 demo: .venv/ready ## simulate a drive, estimate the offset, write demo/report.html
 	@$(BIN)/oncenter demo
@@ -80,8 +112,7 @@ warnings: .venv/dev
 	@set -e; for file in $(C_FILES) $(EXPORTED); do echo "$(CC) $(WARNINGS) $$file"; \
 	  $(CC) $(WARNINGS) $(INCLUDES) -c $$file -o /dev/null; done
 
-cppcheck:
-	@$(call need,command -v cppcheck >/dev/null,cppcheck)
+cppcheck: packages
 	cppcheck -q --std=c99 --enable=warning,style,performance,portability --error-exitcode=1 $(INCLUDES) $(C_FILES) $(EXPORTED)
 	$(PYTHON) embedded/misra.py
 
@@ -128,33 +159,24 @@ coverage: .venv/dev ## the branches of the core that its tests take
 	$(BIN)/python embedded/coverage.py build/coverage
 
 fuzz: .venv/dev ## random bytes into the core (FUZZ_S=600 s), then damaged logs into the readers (FUZZ_LOGS=500 a format)
-	@$(call need,$(HAS_FUZZER),clang libclang-rt-dev)
 	sh embedded/fuzz/run $(or $(FUZZ_S),600)
 	$(BIN)/python tests/fuzz_logs.py --mutations $(or $(FUZZ_LOGS),500) --jobs 2
 
 embedded: .venv/dev ## the core on two emulated microcontrollers: the same bits, and its cost
-	@$(call need,$(HAS_ARM),gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm)
 	$(BIN)/python embedded/table.py
 
-# These run or load the binaries that zig compiles; ecos needs libtbb12.
-OTHER_MACHINES = wine64 qemu-user libc6-arm64-cross libtbb12
-HAS_MACHINES = PATH="$$PATH:/usr/lib/wine" command -v wine64 >/dev/null && command -v qemu-aarch64 >/dev/null && \
-	test -d /usr/aarch64-linux-gnu && ls /usr/lib/*/libtbb.so.12 >/dev/null 2>&1
-
 fmu: .venv/dev ## the FMU's other platforms in emulators, bit by bit, and two further importers
-	@$(call need,$(HAS_MACHINES),$(OTHER_MACHINES))
-	$(BIN)/python -m pip install -q --disable-pip-version-check 'ziglang>=0.17' 'libcosimpy>=0.0.6' 'ecospy>=0.7'
+	@said=$$($(BIN)/python $(PIP) 'ziglang>=0.17' 'libcosimpy>=0.0.6' 'ecospy>=0.7') $(OR_SAY_WHY)
 	$(BIN)/python -m pytest -q -rs tests/test_export_fmu_platforms.py tests/test_export_fmu_importers.py
 
 wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platform in dist/, checked where they can run
-	@$(call need,$(HAS_EMULATORS),qemu-user wine wine64 musl mmdebstrap)
 	rm -rf dist
 	build/wheels/bin/python wheels/build.py dist
 	build/wheels/bin/python wheels/check.py dist
 
-build/wheels/ready: wheels/requirements.txt
+build/wheels/ready: wheels/requirements.txt | packages
 	$(PYTHON) -m venv --clear build/wheels
-	build/wheels/bin/python -m pip install -q --disable-pip-version-check -r wheels/requirements.txt
+	@said=$$(build/wheels/bin/python $(PIP) -r wheels/requirements.txt) $(OR_SAY_WHY)
 	@touch $@
 
 bench: .venv/dev ## speed, side by side with scipy, numba and python-can
@@ -173,7 +195,7 @@ docs: .venv/dev ## the docs site, build/site/index.html: opens without a server 
 lock: .venv/python ## pin the newest packages in requirements.lock and list their licences
 	rm -rf build/lock
 	$(PYTHON) -m venv build/lock
-	build/lock/bin/python -m pip install -q --disable-pip-version-check -e '.[dev]'
+	@said=$$(build/lock/bin/python $(PIP) -e '.[dev]') $(OR_SAY_WHY)
 	build/lock/bin/python -m pip freeze --all --exclude-editable --exclude pip > build/lock/requirements
 	cp build/lock/requirements requirements.lock
 	build/lock/bin/python docs/make_licences.py
@@ -187,9 +209,10 @@ MATRIX = 3.11 3.12 3.13
 # A Python of that version: pyenv's, or on the path.
 python_of = $$(ls -d ~/.pyenv/versions/$(1).*/bin/python3 2>/dev/null | grep . || command -v python$(1))
 
-lowest: lowest-$(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])') ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
+lowest: packages ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
+	@$(MAKE) --no-print-directory lowest-$$($(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 
-matrix: ## tests with the lowest and the newest versions on each installed Python of 3.11, 3.12, 3.13
+matrix: packages ## tests with the lowest and the newest versions on each installed Python of 3.11, 3.12, 3.13
 	@set -e; for version in $(MATRIX); do \
 	  test -n "$(call python_of,$$version)" || { echo "Python $$version is not installed: left out"; continue; }; \
 	  $(MAKE) --no-print-directory lowest-$$version newest-$$version; done
@@ -197,29 +220,28 @@ matrix: ## tests with the lowest and the newest versions on each installed Pytho
 lowest-%:
 	rm -rf build/lowest-$*
 	$(call python_of,$*) -m venv build/lowest-$*
-	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c requirements.lowest 'setuptools>=77' cffi
-	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c requirements.lowest --no-build-isolation -e '.[can,live,report,thesis]' \
-	  blake3 pyarrow hypothesis packaging pytest pytest-benchmark pytest-xdist scipy
+	@said=$$(build/lowest-$*/bin/python $(PIP) -c requirements.lowest 'setuptools>=77' cffi) $(OR_SAY_WHY)
+	@said=$$(build/lowest-$*/bin/python $(PIP) -c requirements.lowest --no-build-isolation -e '.[can,live,report,thesis]' \
+	  blake3 pyarrow hypothesis packaging pytest pytest-benchmark pytest-xdist scipy) $(OR_SAY_WHY)
 	build/lowest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow" $(LOWEST_TESTS)
 	grep -v '^numpy' requirements.lowest >build/lowest-$*/mf4
-	build/lowest-$*/bin/python -m pip install $(QUIETLY) -c build/lowest-$*/mf4 asammdf h5py rosbags 'numpy<2.2'
+	@said=$$(build/lowest-$*/bin/python $(PIP) -c build/lowest-$*/mf4 asammdf h5py rosbags 'numpy<2.2') $(OR_SAY_WHY)
 	build/lowest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow" $(LOWEST_MF4_TESTS)
 
 newest-%:
 	rm -rf build/newest-$*
 	$(call python_of,$*) -m venv build/newest-$*
-	build/newest-$*/bin/python -m pip install $(QUIETLY) 'setuptools>=77' cffi
-	build/newest-$*/bin/python -m pip install $(QUIETLY) --no-build-isolation -e '.[dev]'
+	@said=$$(build/newest-$*/bin/python $(PIP) 'setuptools>=77' cffi) $(OR_SAY_WHY)
+	@said=$$(build/newest-$*/bin/python $(PIP) --no-build-isolation -e '.[dev]') $(OR_SAY_WHY)
 	build/newest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow"
 
 clean: ## remove everything that make wrote, .venv too
 	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
 	rm -rf src/*.egg-info src/oncenter/liboncenter.* src/oncenter/_declarations.py
 
-.venv/python:
+.venv/python: | packages
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 	  { echo "needs Python 3.11 or later: make PYTHON=python3.11" >&2; exit 1; }
-	@$(call need,$(HAS_PYTHON) && $(HAS_C),$(DEBIAN))
 	@echo "making .venv"
 	@$(PYTHON) -m venv --clear .venv
 	@touch $@
@@ -227,7 +249,7 @@ clean: ## remove everything that make wrote, .venv too
 # The build tools first, pinned by the lock as well: an isolated build would ignore the lock.
 .venv/tools: .venv/python requirements.lock
 	@echo "installing setuptools and cffi, which compile the core"
-	@$(PIP) -c requirements.lock 'setuptools>=77' cffi
+	@said=$$($(BIN)/python $(PIP) -c requirements.lock 'setuptools>=77' cffi) $(OR_SAY_WHY)
 	@touch $@
 
 # For the demo: a base install and the report.
@@ -235,13 +257,13 @@ clean: ## remove everything that make wrote, .venv too
 	@echo "installing the packages of an answer and its report: some 25 packages, 340 MB"
 	@$(BIN)/python -c 'import tomllib; project = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
 	  print(*project["dependencies"], *project["optional-dependencies"]["report"], sep="\n")' >.venv/needed
-	@$(PIP) -c requirements.lock -r .venv/needed
+	@said=$$($(BIN)/python $(PIP) -c requirements.lock -r .venv/needed) $(OR_SAY_WHY)
 	@echo "compiling the core"
-	@$(PIP) --no-deps --no-build-isolation -e .
+	@said=$$($(BIN)/python $(PIP) --no-deps --no-build-isolation -e .) $(OR_SAY_WHY)
 	@touch $@
 
 # All extras, and the packages of tests, benches and checks.
 .venv/dev: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
 	@echo "installing all extras and what the tests need: some 130 packages, 1.9 GB; compiling the core"
-	@$(PIP) --no-build-isolation -c requirements.lock -e '.[dev]'
+	@said=$$($(BIN)/python $(PIP) --no-build-isolation -c requirements.lock -e '.[dev]') $(OR_SAY_WHY)
 	@touch .venv/ready $@

@@ -1,0 +1,92 @@
+"""A machine with nothing but make and git: the Makefile names or installs what a target needs, and the pins and the
+README's lines fit it. `make fresh` types the same lines on real ones."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+AT_ROOT = ("pyproject.toml", "requirements.lock", "setup.py", "liboncenter.py")
+FOR_DEMO = {"python3", "python3-venv", "gcc", "libc6-dev"}
+FOR_TEST = FOR_DEMO | {"cppcheck", "g++", "chromium", "poppler-utils"}
+# Installs by making programs that do nothing.
+APT_GET = """#!/bin/sh
+echo "$*" >>"$(dirname "$0")/../apt-get was called"
+for program in python3 cc g++ cppcheck chromium pdftotext; do ln -sf /bin/true "$(dirname "$0")/$program"; done
+"""
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Path:
+    """A folder with the Makefile and what it looks for, and no program on its path but those in `bin`."""
+    for name in ("Makefile", *AT_ROOT):
+        shutil.copy(ROOT / name, tmp_path)
+    programs = tmp_path / "bin"
+    programs.mkdir()
+    for name in ("dirname", "ln"):
+        (programs / name).symlink_to(str(shutil.which(name)))
+    write_program(programs / "id", "#!/bin/sh\necho 1000\n")
+    return tmp_path
+
+
+def write_program(file: Path, text: str) -> None:
+    file.write_text(text, encoding="utf-8")
+    file.chmod(0o755)
+
+
+def make(machine: Path, *targets: str) -> subprocess.CompletedProcess[str]:
+    command = [str(shutil.which("make")), "--no-print-directory", *targets]
+    environment = {"PATH": str(machine / "bin"), "HOME": str(machine)}
+    return subprocess.run(command, cwd=machine, env=environment, capture_output=True, text=True, check=False)
+
+
+@pytest.mark.parametrize(
+    ("targets", "packages"),
+    [
+        ("demo", FOR_DEMO),
+        ("lint", FOR_DEMO),
+        ("test", FOR_TEST),
+        ("demo test", FOR_TEST),
+        ("-j4 test fuzz", FOR_TEST | {"clang", "libclang-rt-dev"}),
+    ],
+)
+def test_a_user_reads_one_line_with_all_missing_packages_before_anything_is_made(
+    machine: Path, targets: str, packages: set[str]
+) -> None:
+    done = make(machine, *targets.split())
+    first, *rest = done.stderr.splitlines()
+    told = re.fullmatch(r".*: sudo apt-get update && sudo apt-get install -y --no-install-recommends (.+)", first)
+    assert told and set(told[1].split()) == packages
+    assert done.returncode == 2 and all("***" in line for line in rest), "after it, only make's own line"
+    assert done.stdout == "" and {path.name for path in machine.iterdir()} == {"Makefile", "bin", *AT_ROOT}
+
+
+def test_root_on_debian_gets_them_installed(machine: Path) -> None:
+    write_program(machine / "bin" / "id", "#!/bin/sh\necho 0\n")
+    write_program(machine / "bin" / "apt-get", APT_GET)
+    done = make(machine, "packages", "DEBIAN_packages=$(DEBIAN_test)")
+    assert done.returncode == 0, done.stderr
+    update, install = (machine / "apt-get was called").read_text(encoding="utf-8").splitlines()
+    assert update.split()[0] == "update"
+    assert set(install.split()) >= {"install", "-y", *FOR_TEST}
+    again = make(machine, "packages", "DEBIAN_packages=$(DEBIAN_test)")
+    assert (again.returncode, again.stdout) == (0, "")
+
+
+def test_a_python_that_is_too_old_is_named_after_the_packages(machine: Path) -> None:
+    (machine / "bin" / "cc").symlink_to("/bin/true")
+    write_program(machine / "bin" / "python3", '#!/bin/sh\ncase "$*" in *version_info*) exit 1; esac\n')
+    done = make(machine, "demo")
+    assert done.stderr.splitlines()[0] == "needs Python 3.11 or later: make PYTHON=python3.11"
+
+
+def test_each_list_of_packages_is_of_a_target_and_each_package_can_be_looked_for() -> None:
+    lists = dict(re.findall(r"^DEBIAN_(\w+) = (.*)$", MAKEFILE, re.MULTILINE))
+    base = lists.pop("BASE")
+    assert [name for name in lists if not re.search(rf"^{name}:", MAKEFILE, re.MULTILINE)] == []
+    packages = {name for given in (base, *lists.values()) for name in given.split() if not name.startswith("$")}
+    assert packages == set(re.findall(r"^has_(\S+) =", MAKEFILE, re.MULTILINE))

@@ -192,13 +192,13 @@ accuracy: .venv/dev ## errors, intervals and times of all methods and rivals: do
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
+# As for the lowest Python that pyproject.toml allows: a pin that this machine's Python takes may refuse an older one.
 lock: .venv/python ## pin the newest packages in requirements.lock and list their licences
 	rm -rf build/lock
-	$(PYTHON) -m venv build/lock
-	@said=$$(build/lock/bin/python $(PIP) -e '.[dev]') $(OR_SAY_WHY)
-	build/lock/bin/python -m pip freeze --all --exclude-editable --exclude pip > build/lock/requirements
-	cp build/lock/requirements requirements.lock
-	build/lock/bin/python docs/make_licences.py
+	@lowest=$$(sed -nE 's/^requires-python = ">=(3\.[0-9]+)"$$/\1.0/p' pyproject.toml); \
+	said=$$($(BIN)/python $(PIP) --target build/lock --python-version $$lowest --only-binary :all: '.[dev]') $(OR_SAY_WHY)
+	$(BIN)/python -m pip freeze --all --path build/lock --exclude oncenter >requirements.lock
+	PYTHONPATH=build/lock $(BIN)/python docs/make_licences.py
 
 # An editable install, so the core that it compiles is the same file that .venv uses.
 LOWEST_TESTS = $(addprefix tests/test_,cli.py dataframe.py read_tables.py read_blf.py report.py vehicle.py simulate.py \

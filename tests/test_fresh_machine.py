@@ -4,9 +4,12 @@ README's lines fit it. `make fresh` types the same lines on real ones."""
 import re
 import shutil
 import subprocess
+import tomllib
+from importlib.metadata import distributions
 from pathlib import Path
 
 import pytest
+from packaging.specifiers import SpecifierSet
 
 ROOT = Path(__file__).parents[1]
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
@@ -90,3 +93,13 @@ def test_each_list_of_packages_is_of_a_target_and_each_package_can_be_looked_for
     assert [name for name in lists if not re.search(rf"^{name}:", MAKEFILE, re.MULTILINE)] == []
     packages = {name for given in (base, *lists.values()) for name in given.split() if not name.startswith("$")}
     assert packages == set(re.findall(r"^has_(\S+) =", MAKEFILE, re.MULTILINE))
+
+
+def test_every_pin_accepts_the_lowest_python_that_the_project_allows() -> None:
+    allowed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["requires-python"]
+    lowest = f"{allowed.removeprefix('>=')}.0"
+    pins = dict(line.split("==") for line in (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines())
+    pinned = [package for package in distributions() if pins.get(package.name) == package.version]
+    assert pinned, "none of the pinned versions is installed"
+    needed = {package.name: package.metadata["Requires-Python"] for package in pinned}
+    assert {name: needs for name, needs in needed.items() if needs and lowest not in SpecifierSet(needs)} == {}

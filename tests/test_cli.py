@@ -38,11 +38,12 @@ def test_offset_prints_the_verdict_first(drive_csv: Path, capsys: pytest.Capture
 
 def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["demo", "--output", str(tmp_path / "demo")]) == 0
-    verdict, _, words, *_, truth, _ = capsys.readouterr().out.splitlines()
+    verdict, _, words, *_, truth, _, again = capsys.readouterr().out.splitlines()
     readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
     assert verdict.startswith("Recalibrate: straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg). Add -2.0 deg.")
     assert all(part in readme for part in words.split("; "))
     assert "2.04 deg" in truth and "2.04 deg" in readme
+    assert again.endswith(f"offset {tmp_path / 'demo' / 'drive.log'} --vehicle scania_r730_4x2")
     assert (tmp_path / "demo" / "report.html").stat().st_size > 1e6
 
 

@@ -102,7 +102,7 @@ def test_its_demo_gives_an_answer_and_the_command_for_the_page(base: Interpreter
     said = base.oncenter("demo", folder=tmp_path)
     assert said.exit_code == 0, said.err
     assert said.out.startswith("Recalibrate: straight-ahead offset +2.0 deg")
-    assert said.out.splitlines()[-1].endswith(
+    assert said.out.splitlines()[-2].endswith(
         "demo/report.html needs bokeh, which is not installed: pip install 'oncenter[report]'"
     )
 

@@ -12,6 +12,7 @@ from typer.main import get_command
 from oncenter.cli import run
 from oncenter.cli.app import app
 from oncenter.cli.completion import explained_codes, scenarios, signal_names, vehicle_files
+from oncenter.cli.demo import _as_typed
 
 TRUCK = "wheelbase_m = 3.7\nsteering_ratio = 19.3\n"
 DBC = 'VERSION ""\nBU_: X\nBO_ 512 ESP: 8 X\n SG_ Gyro : 0|16@1- (0.01,0) [0|0] "deg/s" X\n'
@@ -160,3 +161,26 @@ def test_codes_to_explain_are_the_headings_of_their_page(tmp_path: Path, monkeyp
     assert explained_codes("") == ["usage", "yaw_rate_bias"] and explained_codes("ya") == ["yaw_rate_bias"]
     monkeypatch.setattr("oncenter.cli.completion.shipped", lambda name: tmp_path / "none.md")
     assert explained_codes("") == []
+
+
+@pytest.mark.parametrize(
+    ("typed", "on_path", "again"),
+    [
+        ("ours/oncenter", "ours", "oncenter"),
+        ("ours/oncenter", "other", "ours/oncenter"),  # as `make demo` calls it, with an older one installed
+        ("ours/oncenter", "", "ours/oncenter"),
+        ("my files/oncenter", "", "'my files/oncenter'"),
+        ("oncenter/__main__.py", "ours", f"{sys.executable} -m oncenter"),
+    ],
+)
+def test_the_demo_names_the_program_so_that_the_shell_finds_it(
+    typed: str, on_path: str, again: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for folder in ("ours", "other", "my files"):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "oncenter").write_text("#!/bin/sh\n")
+        (tmp_path / folder / "oncenter").chmod(0o755)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", [typed, "demo"])
+    monkeypatch.setenv("PATH", str(tmp_path / on_path) if on_path else "")
+    assert _as_typed() == again

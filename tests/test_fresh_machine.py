@@ -103,3 +103,16 @@ def test_every_pin_accepts_the_lowest_python_that_the_project_allows() -> None:
     assert pinned, "none of the pinned versions is installed"
     needed = {package.name: package.metadata["Requires-Python"] for package in pinned}
     assert {name: needs for name, needs in needed.items() if needs and lowest not in SpecifierSet(needs)} == {}
+
+
+def test_the_readme_has_both_commands_with_their_time_in_a_block_of_its_first_30_lines() -> None:
+    head = "\n".join((ROOT / "README.md").read_text(encoding="utf-8").splitlines()[:30])
+    block = re.findall(r"^```sh\n(.*?)^```", head, re.MULTILINE | re.DOTALL)[0]
+    assert re.findall(r"^(.+?) +# \d+ minutes: ", block, re.MULTILINE) == ["make demo", "make test"]
+    assert len(block.splitlines()) == 2
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/tutorial.md"])
+def test_the_pages_name_the_packages_for_a_build_as_the_makefile_does(page: str) -> None:
+    base = re.search(r"^DEBIAN_BASE = python3 (.*)$", MAKEFILE, re.MULTILINE)
+    assert base and base[1] in (ROOT / page).read_text(encoding="utf-8")

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import shlex
+import shutil
+import sys
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 _SCENARIO = "thesis_drive"
+_TRUCK = "scania_r730_4x2"
 
 
 def demo(
@@ -34,17 +38,28 @@ def demo(
     _refuse_other_files(log, page)
     _begin("simulating half an hour of driving")
     truth = simulate_to_log(_SCENARIO, seed, log)
-    truck = oc.vehicle("scania_r730_4x2")
+    truck = oc.vehicle(_TRUCK)
     _begin(f"reading {log}, estimating the offset")
     answer = oc.offset(oc.read(log), truck)
     typer.echo(as_table(answer))
     offset_deg, play_deg = truth.offset_rad / DEGREE, truth.backlash_rad / DEGREE
     typer.echo(f"\n  the truth: straight-ahead offset {offset_deg:.2f} deg, play {play_deg:.1f} deg")
-    if not is_installed("bokeh"):
+    if is_installed("bokeh"):
+        oc.report(answer, page)
+        typer.echo(f"  wrote {log} and {page}: open the page in a browser")
+    else:
         typer.echo(f"  wrote {log}; {missing_extra('report', f'{page} needs bokeh')}")
-        return
-    oc.report(answer, page)
-    typer.echo(f"  wrote {log} and {page}: open the page in a browser")
+    typer.echo(f"  the same from the log: {_as_typed()} offset {shlex.quote(log.as_posix())} --vehicle {_TRUCK}")
+
+
+def _as_typed() -> str:
+    """This program by name if the shell finds it by name, otherwise by path: `make demo` calls .venv/bin/oncenter."""
+    is_module = Path(sys.argv[0]).name == "__main__.py"
+    path = Path(sys.executable if is_module else sys.argv[0])
+    name = path.name.removesuffix(".exe")
+    found = shutil.which(name)
+    is_found = found is not None and Path(found).absolute().with_suffix("") == path.absolute().with_suffix("")
+    return (name if is_found else shlex.quote(str(path))) + (" -m oncenter" if is_module else "")
 
 
 def _begin(step: str) -> None:

@@ -345,6 +345,15 @@ def test_the_strip_says_used_where_the_core_used(drive: Signals) -> None:
     assert not used[course_of(three).reasons != 0].any()
 
 
+def test_the_strip_of_two_seconds_has_no_gaps(drive: Signals) -> None:
+    short = answer_to(replace(drive, table=drive.table.head(int(2 * drive.rate_hz))))
+    gate = figures(short, course_of(short))["gate"]
+    grounds, _, too_slow, *_ = [strip.data_source.data for strip in gate.renderers]
+    for strip in (grounds, too_slow):
+        assert set(strip["left"]) == {0.0}
+        assert set(strip["right"]) == {np.float32(gate.x_range.end)}
+
+
 def test_the_course_ends_at_the_answer_in_degrees(answer: Answer) -> None:
     drive = course_of(answer)
     assert answer.offset.value is not None and answer.offset.ci95 is not None

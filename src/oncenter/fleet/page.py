@@ -209,7 +209,7 @@ def _line(row: dict[str, Any], change: dict[str, Any] | None) -> str:
     return (
         f'<tr><td class="number">{row["rank"]}</td><th scope="row">{_link(row)}</th>'
         f'<td><span class="verdict {state}">{STATE_WORDS[state]}</span>{_next_step(row)}</td>'
-        f'<td class="number">{cells[0]}</td>'
+        f'<td class="number{"" if has_offset else " none"}">{cells[0]}</td>'
         f'<td class="number interval">{cells[1]}</td><td class="day">{since}</td><td>{size}</td>'
         f'<td class="number interval">{_small(row["q_value"]) if has_offset else "—"}</td></tr>'
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.models import Range1d
+from bokeh.models import NoOverlap, Range1d
 from bokeh.plotting import figure
 
 from oncenter.report.thin import Floats, Indices
@@ -48,6 +48,7 @@ def plain(height: int, tools: str, **ranges: Any) -> figure:
     picture.axis.major_label_text_font = _FONT
     picture.axis.major_label_text_font_size = "12px"
     picture.axis.minor_tick_line_color = None
+    picture.xaxis.major_label_policy = NoOverlap(min_distance=8)
     picture.axis.axis_label_text_color = COLOURS["line"]
     picture.axis.major_label_text_color = COLOURS["line"]
     picture.axis.axis_line_color = COLOURS["line"]

@@ -328,11 +328,10 @@ def _signal_name(name: str) -> str:
 
 
 def _param(name: str, value: float) -> tuple[str, str]:
-    """As a vehicle file may hold it: angles in deg."""
+    """As a vehicle file may hold it: angles in deg. A narrow window breaks the name after an underscore."""
     parts = name.split("_")
-    if "rad" in parts:
-        return escape("_".join("deg" if part == "rad" else part for part in parts)), f"{value / DEGREE:.4g}"
-    return escape(name), f"{value:.4g}"
+    shown = escape("_".join("deg" if part == "rad" else part for part in parts)).replace("_", "_<wbr>")
+    return shown, f"{value / DEGREE if 'rad' in parts else value:.4g}"
 
 
 def _known(estimate: Estimate) -> bool:

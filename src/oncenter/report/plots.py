@@ -104,7 +104,7 @@ def _gate(course: Course, time: Range1d) -> figure:
     picture = _over_time(course, time, None, 58 + 20 * len(masks), FactorRange(*reversed(masks), range_padding=0.08))
     picture.ygrid.grid_line_color = None
     picture.yaxis.major_tick_line_color = None
-    bins = np.linspace(0.0, time.end, _BINS + 1)
+    bins = np.linspace(0.0, time.end, np.clip(len(course.time) // 2, 1, _BINS) + 1)  # none without a tick
     ticks = np.histogram(course.time, bins)[0]
     _runs(picture, bins, np.where(ticks > 0, 1.0, 0.0), list(masks), "measured", 0.15)
     for name, (mask, colour) in masks.items():

@@ -30,7 +30,12 @@ WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 # it installs them. Otherwise one line names all that are missing for the targets typed, before anything is downloaded.
 DEBIAN_BASE = python3 python3-venv gcc libc6-dev
 DEBIAN_cppcheck = cppcheck
-DEBIAN_test = $(DEBIAN_cppcheck) g++ chromium poppler-utils
+DEBIAN_test = $(DEBIAN_cppcheck) g++
+DEBIAN_browser = chromium poppler-utils
+DEBIAN_slow = $(DEBIAN_browser)
+DEBIAN_benches = chromium g++
+DEBIAN_pages = $(DEBIAN_browser)
+DEBIAN_sanitize = g++
 DEBIAN_fuzz = clang libclang-rt-dev
 DEBIAN_embedded = gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
 # They run or load the binaries that zig compiles; ecos needs libtbb12.
@@ -63,8 +68,8 @@ has_musl = ls /lib/ld-musl-*.so.1
 has_mmdebstrap = command -v mmdebstrap
 missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || printf ' $(package)';)
 
-.PHONY: help packages demo quick test lint types warnings cppcheck sanitize pytest slow portable coverage fuzz embedded fmu \
-	wheels bench accuracy docs lock lowest matrix clean
+.PHONY: help packages demo quick test night lint types elsewhere warnings cppcheck sanitize sanitize-core slow statistics \
+	damaged benches pages portable browser coverage fuzz embedded fmu wheels bench accuracy docs lock lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## list all targets
@@ -149,6 +154,11 @@ pages: .venv/dev
 portable: .venv/dev ## tests of files, processes and buses, with Windows and macOS imitated (tests/elsewhere)
 	ONCENTER_AS=win32 PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(PORTABLE_TESTS)
 	ONCENTER_AS=darwin PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(MACOS_TESTS)
+
+HAS_BROWSER = { command -v chromium || command -v google-chrome; } >/dev/null && command -v pdftotext >/dev/null
+
+browser: .venv/dev ## the pages in a browser: live page, report and its PDF, angle, fleet, thesis, docs site
+	$(BIN)/python $(PYTEST) -m "browser and not slow"
 
 # Without inlining: an inlined function's branches would count once for each of its callers.
 coverage: .venv/dev ## the branches of the core that its tests take

@@ -18,7 +18,6 @@ import json
 import os
 import platform
 import re
-import shutil
 import signal
 import socket
 import subprocess
@@ -40,6 +39,7 @@ from tornado.websocket import websocket_connect
 import oncenter as oc
 from oncenter.read import candump
 from oncenter.read.frames import Frames, joined, pgn_of
+from oncenter.report.browser import find_browser
 from oncenter.simulate import simulate_to_log
 
 GROUP = "239.74.163.2"
@@ -84,7 +84,7 @@ def write(mark: str, figures: str) -> None:
 
 
 def run(folder: Path, seconds: int, crowd: bool) -> str:
-    if shutil.which("chromium") is None:
+    if find_browser() is None:
         raise SystemExit("needs a browser: sudo apt-get install chromium")
     drive = folder / "drive.log"
     simulate_to_log("thesis_drive", 1, drive)
@@ -309,7 +309,7 @@ def browser(sender: subprocess.Popen[str]) -> tuple[np.ndarray, str]:
     keep = "window.kept = []; addEventListener('shown', (e) => window.kept.push([Date.now() / 1000, e.detail.frame_s]))"
     rows: list[list[float]] = []
     with sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        opened = playwright.chromium.launch(executable_path=find_browser(), args=["--no-sandbox"])
         view = opened.new_context(bypass_csp=True).new_page()
         view.add_init_script(keep)
         view.goto(f"http://127.0.0.1:{PORT}/")

@@ -3,7 +3,6 @@
 Run after `make demo`, with Chromium installed (Debian's package chromium).
 """
 
-import shutil
 import time
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from oncenter.live.session import Sayings, Session
 from oncenter.live.web import Page
 from oncenter.offset.inputs import params_of
 from oncenter.read.stream import Stream
+from oncenter.report.browser import find_browser
 
 ROOT = Path(__file__).parent.parent
 WIDTH, HEIGHT = 1000, 1208  # px
@@ -28,7 +28,7 @@ def main() -> None:
     replay.name = "demo/drive.log"
     session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), truck.name, Sayings())
     with Page(session, params_of(truck, None), "127.0.0.1", 0, print) as page, sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=find_browser(), args=["--no-sandbox"])
         view = browser.new_page(viewport={"width": WIDTH, "height": HEIGHT})
         view.goto(page.url)
         view.wait_for_selector("#truck:not(:empty)")

@@ -10,6 +10,8 @@ from two_trucks import write_fleet
 
 from oncenter.fleet import run
 
+pytest_plugins = ["browser"]
+
 settings.register_profile(
     "oncenter", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize="CI" in os.environ
 )

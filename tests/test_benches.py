@@ -1,12 +1,12 @@
 """Every bench runs, with sizes too small for meaningful figures, and without writing a page."""
 
 import re
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from browser import skip_without_browser
 
 BENCH = Path(__file__).parents[1] / "bench"
 SMALL = {
@@ -35,8 +35,8 @@ def test_no_bench_is_left_out() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SMALL)
 def test_a_bench_runs(name: str, tmp_path: Path) -> None:
-    if name == "live" and shutil.which("chromium") is None:
-        pytest.skip("there is no chromium, in which this bench looks at the page")
+    if name == "live":
+        skip_without_browser()
     arguments = SMALL[name].replace("FOLDER", str(tmp_path / "fleet")).split()
     done = subprocess.run(
         [sys.executable, BENCH / f"{name}.py", *arguments], capture_output=True, text=True, check=False, cwd=tmp_path

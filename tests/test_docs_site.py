@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -13,6 +12,7 @@ from typing import Any
 
 import pytest
 import yaml
+from browser import faults_of
 
 import oncenter
 
@@ -31,6 +31,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.browser  # needs none, but the site, which is built once for all these tests
 def test_a_page_loads_no_file_from_another_machine(site: Path) -> None:
     loads = re.compile(
         r'<(?:script|img|iframe|source)\b[^>]*\bsrc="([^"]+)"|<link\b[^>]*\bhref="([^"]+)"|url\(([^)]+)\)'
@@ -62,6 +63,14 @@ def _pages(entry: Any) -> Iterator[str]:
             yield from _pages(each)
 
 
+@pytest.mark.browser
+def test_each_page_with_a_picture_draws_it_and_fits_a_telephone(site: Path, browser: Any) -> None:
+    pages = [page for page in sorted(site.rglob("*.html")) if "<img" in page.read_text(encoding="utf-8")]
+    assert site / "index.html" in pages
+    assert {page.name: found for page in pages if (found := faults_of(browser, page.as_uri()))} == {}
+
+
+@pytest.mark.browser
 def test_the_search_works_without_a_server(site: Path, browser: Any) -> None:
     page, asked = browser.new_page(), []
     page.on("request", lambda request: asked.append(request.url))
@@ -70,16 +79,3 @@ def test_the_search_works_without_a_server(site: Path, browser: Any) -> None:
     page.wait_for_selector(".md-search-result__item", timeout=20_000)
     assert [url for url in asked if not url.startswith(("file:", "data:", "about:", "blob:"))] == []
     page.close()
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if chromium is None:
-        pytest.skip("no chromium on this machine")
-    running = playwright.sync_playwright().start()
-    opened = running.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-    yield opened
-    opened.close()
-    running.stop()

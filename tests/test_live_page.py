@@ -5,7 +5,6 @@ import base64
 import http.client
 import multiprocessing
 import re
-import shutil
 import socket
 import subprocess
 import sys
@@ -21,6 +20,7 @@ import numpy as np
 import pytest
 from bokeh.document import Document
 from bokeh.util.token import generate_jwt_token
+from browser import note_errors
 from live_drive import TRUCK, cut, drive_log, frames_of_log, until
 from tornado.netutil import bind_sockets
 
@@ -407,23 +407,6 @@ def test_a_slow_viewer_gets_the_last_state_as_well(log: Path) -> None:
     assert shown[-1] == first.number + 2
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    playwright = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
-    if chromium is None:
-        pytest.skip("no chromium on this machine")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.delenv(
-            "LD_PRELOAD", raising=False
-        )  # the sanitizers, with which these tests run too, are not the browser's
-        running = playwright.sync_playwright().start()
-        opened = running.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
-    yield opened
-    opened.close()
-    running.stop()
-
-
 class Driven:
     """A log that is played as far as it is told."""
 
@@ -441,6 +424,7 @@ class Driven:
         pass
 
 
+@pytest.mark.browser
 def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(log: Path, browser: Any) -> None:
     truck, driven = oc.vehicle(TRUCK), Driven(log)
     session = Session(driven, Learner(Stream("bus", needed(truck)), truck), "truck", Sayings())
@@ -448,7 +432,7 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
         view = browser.new_page(viewport={"width": 1280, "height": 900})
         asked, wrong = [], []
         view.on("request", lambda request: asked.append(request.url))
-        view.on("pageerror", lambda error: wrong.append(str(error)))
+        note_errors(view, wrong)
         view.goto(page.url)
         session.start()
         view.wait_for_selector("#truck:not(:empty)")
@@ -481,6 +465,7 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
         _fits(view)
         assert view.text_content("#verdict").startswith(words.verdict(session.snapshot).headline[:10])
         assert view.is_hidden("#finished")
+        assert wrong == []
         session.stop()
         session.join()
         assert session.failure is None
@@ -491,11 +476,12 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
     assert view.text_content("#verdict") == words.signed(verdict.headline + verdict.action)
     time.sleep(4.0)  # longer than a page waits for news before it is lost
     assert view.is_hidden("#lost") and view.is_hidden("#gate")
-    assert wrong == []
+    assert [fault for fault in wrong if fault.startswith("page error")] == []  # the console shows the lost connection
     assert asked and all(url.startswith(page.url) for url in asked)
     view.close()
 
 
+@pytest.mark.browser
 def test_a_page_whose_server_is_gone_says_that_the_last_values_are_shown(log: Path, browser: Any) -> None:
     session = session_of(log, 20.0)
     with Page(session, PARAMS, "127.0.0.1", 0, lambda line: None) as page:

@@ -20,9 +20,6 @@ from oncenter.errors import OncenterError
 from oncenter.report import browser
 
 TRUCK = "scania_r730_4x2"
-BROWSER = browser.find_browser()
-prints = pytest.mark.skipif(BROWSER is None, reason="no Chromium, Chrome or Edge on this machine")
-posix = pytest.mark.skipif(sys.platform == "win32", reason="the stand-in for a browser is a shell script")
 
 
 def pages_of(pdf: bytes) -> int:
@@ -37,7 +34,7 @@ def stand_in(folder: Path, script: str) -> Path:
     return program
 
 
-@prints
+@pytest.mark.browser
 def test_a_report_prints_on_two_a4_pages_with_its_figures(tmp_path: Path) -> None:
     log, pdf = tmp_path / "drive.log", tmp_path / "drive.pdf"
     assert run(["simulate", "worn_truck", "--output", str(log)]) == 0
@@ -53,7 +50,7 @@ def test_a_report_prints_on_two_a4_pages_with_its_figures(tmp_path: Path) -> Non
     ]
 
 
-@prints
+@pytest.mark.browser
 @pytest.mark.skipif(shutil.which("pdftotext") is None, reason="no pdftotext on this machine (poppler-utils)")
 def test_the_first_page_has_verdict_truck_and_numbers_and_the_second_the_figures(tmp_path: Path) -> None:
     answer = oc.offset(oc.simulate("heavy_play", seed=1)[0], oc.vehicle(TRUCK))
@@ -103,7 +100,7 @@ def test_windows_and_macos_have_their_usual_places(
     assert any(place.endswith(last_parts) for place in places)
 
 
-@posix
+@pytest.mark.posix  # the stand-in for a browser is a shell script
 def test_a_browser_that_hangs_is_stopped_with_its_children_and_named(tmp_path: Path) -> None:
     hanging = stand_in(tmp_path, f"sleep 300 & echo $! > {tmp_path}/child; wait")
     begun = time.monotonic()
@@ -121,7 +118,7 @@ def test_a_browser_that_hangs_is_stopped_with_its_children_and_named(tmp_path: P
     assert sorted(path.name for path in tmp_path.iterdir()) == ["child", "chromium"]
 
 
-@posix
+@pytest.mark.posix  # the stand-in for a browser is a shell script
 @pytest.mark.parametrize(("script", "why"), [("exit 3", "ended with code 3"), ("exit 0", "wrote no PDF")])
 def test_a_browser_that_fails_is_named_in_one_line(script: str, why: str, tmp_path: Path) -> None:
     with pytest.raises(OncenterError, match=f"chromium {why}; write the page x.html") as refused:
@@ -129,7 +126,7 @@ def test_a_browser_that_fails_is_named_in_one_line(script: str, why: str, tmp_pa
     assert (refused.value.code, refused.value.exit_code) == ("browser", 1)
 
 
-@posix
+@pytest.mark.posix  # the stand-in for a browser is a shell script
 def test_the_sandbox_is_left_out_for_root_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     said = stand_in(tmp_path, f'echo "$@" > {tmp_path}/options')
     for user, is_left_out in ((0, True), (1000, False)):

@@ -7,12 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from oncenter.report.browser import find_browser
-
 DOCS = Path(__file__).parent.parent / "docs"
 
 
-@pytest.mark.skipif(find_browser() is None, reason="no Chromium, Chrome or Edge on this machine")
+@pytest.mark.browser
 def test_each_state_has_a_small_picture_that_the_page_shows(tmp_path: Path) -> None:
     made = runpy.run_path(str(DOCS / "make_verdicts.py"))
     state = "undecided"

@@ -6,6 +6,7 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -237,13 +238,25 @@ def test_help_and_light_formats_load_nothing_heavy(arguments: list[str], tmp_pat
     steady_drive(minutes=0.5).table.write_csv(tmp_path / "drive.csv")
     steady_drive(minutes=0.5).table.write_parquet(tmp_path / "drive.parquet")
     (tmp_path / "drive.log").write_text(candump(drive()))
+    assert not loaded_of(HEAVY, arguments, tmp_path)
+
+
+@pytest.mark.parametrize("verb", ["offset", "signals"])
+def test_a_log_of_frames_needs_no_table(verb: str, tmp_path: Path) -> None:
+    (tmp_path / "drive.log").write_text(candump(drive()))
+    unneeded = ("polars", "rich", "asyncio", "concurrent.futures")
+    assert not loaded_of(unneeded, [verb, "drive.log", "--vehicle", TRUCK], tmp_path)
+
+
+def loaded_of(names: Sequence[str], arguments: Sequence[str], folder: Path) -> list[str]:
+    """Those of the modules that a process loads for a command line."""
     program = (
         "import sys; from oncenter.cli import run; assert run(sys.argv[1:]) == 0; "
-        f"print([name for name in {HEAVY} if name in sys.modules], file=sys.stderr)"
+        f"print(*[name for name in {names} if name in sys.modules], file=sys.stderr)"
     )
     command = [sys.executable, "-c", program, *arguments]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=tmp_path)
-    assert done.stderr.strip() == "[]"
+    done = subprocess.run(command, capture_output=True, text=True, check=True, cwd=folder)
+    return done.stderr.split()
 
 
 def test_a_closed_pipe_is_not_an_error(drive_csv: Path) -> None:

@@ -1,8 +1,11 @@
 """Tables in memory of any library are read like CSV files; objects have a readable repr at the prompt."""
 
+import copy
+import pickle
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -187,3 +190,14 @@ def test_a_notebook_shows_a_small_table() -> None:
     html = answer._repr_html_()
     assert "straight-ahead offset" in html and "<td>deg</td>" in html and html.count("<li>") == len(answer.findings)
     assert set(SIGNALS) >= set(signals.sources)
+
+
+def test_a_drive_is_the_same_from_its_table_and_from_its_columns() -> None:
+    table = drive().table
+    by_table, by_columns = drive(), replace(drive(), table=drive().columns)
+    assert by_columns.table.equals(table)
+    assert list(by_table.columns) == table.columns and by_table.ticks == by_columns.ticks == table.height
+    for given in (by_table, by_columns):
+        assert replace(given, log="other").table.equals(table)
+        assert replace(given, table=table.head(10)).ticks == 10
+        assert copy.deepcopy(given).table.equals(table) and pickle.loads(pickle.dumps(given)).table.equals(table)

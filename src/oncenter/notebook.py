@@ -21,7 +21,7 @@ def signals_table(signals: Signals) -> str:
     for name, source in signals.sources.items():
         signal = SIGNALS[name]
         unit = _SHOWN_AS.get(signal.quantity.unit, signal.quantity.unit)
-        values = signals.table[signal.column].to_numpy() / signal.quantity.factors[unit]
+        values = signals.columns[signal.column] / signal.quantity.factors[unit]
         numbers = values[values == values]
         span = f"{numbers.min():.4g} to {numbers.max():.4g}" if len(numbers) else "-"
         missing = f"{100.0 * (1.0 - len(numbers) / max(len(values), 1)):.0f} %"

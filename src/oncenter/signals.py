@@ -9,13 +9,18 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
     import polars as pl
+
+    Columns = Mapping[str, npt.NDArray[np.float64]]
 
 DEGREE = math.pi / 180.0
 STANDARD_GRAVITY = 9.80665  # m/s^2, exact by convention
@@ -99,14 +104,16 @@ class Source:
     others: tuple[str, ...] = ()  # further sources of the signal, not used
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, init=False, repr=False)
 class Signals:
     """A drive as a table of signals.
 
     Attributes:
         table: polars DataFrame, `time_s` strictly increasing with step 1/rate_hz except at gaps (one longer than a few
             seconds has no rows), then one Float64 column per signal in SI, named `Signal.column`; NaN where not
-            available; a signal that the log lacks has no column.
+            available; a signal that the log lacks has no column. The constructor takes it, or its columns.
+        columns: the same columns by name, as NumPy arrays of shape (n,).
+        ticks: rows of the table.
         sources: by signal name, one for each column.
         rate_hz: of the table, 20 to 200.
         log: name of the source, for people.
@@ -118,12 +125,38 @@ class Signals:
     sources: Mapping[str, Source]
     rate_hz: float
     log: str
-    notes: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
     vin: str | None = None
+
+    def __init__(
+        self,
+        table: pl.DataFrame | Columns,
+        sources: Mapping[str, Source],
+        rate_hz: float,
+        log: str,
+        notes: tuple[str, ...] = (),
+        vin: str | None = None,
+    ) -> None:
+        given = "columns" if isinstance(table, Mapping) else "table"
+        vars(self).update({given: table}, sources=sources, rate_hz=rate_hz, log=log, notes=notes, vin=vin)
+
+    @cached_property  # type: ignore[no-redef]
+    def table(self) -> pl.DataFrame:
+        import polars as pl  # late import: it takes longer than an answer, and most answers need no table
+
+        return pl.DataFrame(self.columns)
+
+    @cached_property
+    def columns(self) -> Columns:
+        return {name: self.table[name].to_numpy() for name in self.table.columns}
+
+    @property
+    def ticks(self) -> int:
+        return len(self.columns["time_s"])
 
     def length(self) -> str:
         """For people, "1800.0 s at 100 Hz"."""
-        time = self.table["time_s"]
+        time = self.columns["time_s"]
         duration_s = float(time[-1] - time[0]) if len(time) else 0.0
         return f"{duration_s:.1f} s at {self.rate_hz:.4g} Hz"
 

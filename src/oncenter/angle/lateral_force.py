@@ -22,7 +22,7 @@ def uses_yaw_rate(signals: Signals, taught_by: Sequence[Signals], sensor_lost_at
     """
     teaching = measured = 0
     for drive, until_s in ((signals, sensor_lost_at), *((teacher, None) for teacher in taught_by)):
-        time = drive.table["time_s"].to_numpy()
+        time = drive.columns["time_s"]
         teaches = _has(drive, "steering_wheel_angle") & (time < time[0] + (np.inf if until_s is None else until_s))
         teaching += int(np.sum(teaches))
         measured += int(np.sum(teaches & _has(drive, "lateral_acceleration")))
@@ -45,7 +45,7 @@ def lateral_force_notes(
                 f"no lateral acceleration in {name}: yaw rate times speed is used instead, without the road bank"
             )
         elif not by_yaw_rate and missing > _MISSING_REPORTED_FROM:
-            missing_s = missing * drive.table.height / drive.rate_hz
+            missing_s = missing * drive.ticks / drive.rate_hz
             notes.append(
                 f"no lateral acceleration for {missing_s:.0f} s of {name}: this time is not used for estimates, and "
                 "the usual bank is assumed"
@@ -55,7 +55,7 @@ def lateral_force_notes(
 
 def _has(drive: Signals, name: str) -> npt.NDArray[np.bool_]:
     column = SIGNALS[name].column
-    if column not in drive.table.columns:
-        return np.zeros(drive.table.height, dtype=bool)
-    measured: npt.NDArray[np.bool_] = np.isfinite(drive.table[column].to_numpy())
+    if column not in drive.columns:
+        return np.zeros(drive.ticks, dtype=bool)
+    measured: npt.NDArray[np.bool_] = np.isfinite(drive.columns[column])
     return measured

@@ -93,7 +93,7 @@ def angle(
     values, rates = outputs["angle"]["angle"], outputs["angle"]["rate"]
     if smooth:
         values, rates = core.smoothed(outputs)
-    original = signals.table[_MEASURED].to_numpy() if _MEASURED in signals.table.columns else None
+    original = signals.columns.get(_MEASURED)
     return _table(columns["time_s"], outputs, values, rates, original)
 
 
@@ -156,7 +156,7 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
 
 def _check_within(signals: Signals, sensor_lost_at: float) -> None:
     """A loss after the drive's end would have no effect, silently."""
-    time = signals.table["time_s"]
+    time = signals.columns["time_s"]
     length_s = float(time[-1] - time[0])
     if math.isfinite(sensor_lost_at) and 0.0 <= sensor_lost_at <= length_s:
         return
@@ -169,7 +169,7 @@ def _check_within(signals: Signals, sensor_lost_at: float) -> None:
 
 
 def _columns(drive: Signals) -> dict[str, npt.NDArray[np.float64]]:
-    return {name: drive.table[name].to_numpy() for name in _core.COLUMNS if name in drive.table.columns}
+    return {name: drive.columns[name] for name in _core.COLUMNS if name in drive.columns}
 
 
 def _table(

@@ -5,8 +5,6 @@ Left positive. Side slip is a degree or two: the receiver needs heading and cour
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import numpy.typing as npt
 
@@ -28,9 +26,7 @@ def with_lateral_speed(signals: Signals) -> Signals:
     Raises:
         OncenterError: "missing_signal", exit code 1.
     """
-    import polars as pl
-
-    if _LATERAL_SPEED in signals.table.columns:
+    if _LATERAL_SPEED in signals.columns:
         return signals
     course = _course_deg(signals)
     heading = _column(signals, "heading")
@@ -41,15 +37,15 @@ def with_lateral_speed(signals: Signals) -> Signals:
             code="missing_signal",
             needs=("lateral_speed",),
         )
-    speed = signals.table["vehicle_speed_m_s"].to_numpy()
+    speed = signals.columns["vehicle_speed_m_s"]
     slip_deg = np.mod(heading - course + 180.0, 360.0) - 180.0
     lateral = np.where((speed > SPEED_MIN_M_S) & (np.abs(slip_deg) < 45.0), speed * np.tan(slip_deg * DEGREE), np.nan)
-    return replace(signals, table=signals.table.with_columns(pl.Series(_LATERAL_SPEED, lateral)))
+    columns = {**signals.columns, _LATERAL_SPEED: lateral}
+    return Signals(columns, signals.sources, signals.rate_hz, signals.log, signals.notes, signals.vin)
 
 
 def _column(signals: Signals, name: str) -> Floats | None:
-    column = SIGNALS[name].column
-    return signals.table[column].to_numpy() if column in signals.table.columns else None
+    return signals.columns.get(SIGNALS[name].column)
 
 
 def _course_deg(signals: Signals) -> Floats | None:

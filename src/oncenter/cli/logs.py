@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -83,16 +83,19 @@ def read_logs(
 
 def _read(log: Path, file: Path, truck: Vehicle | None, dbc: Sequence[Path], take: Mapping[str, str]) -> Signals:
     from oncenter.read import read
+    from oncenter.signals import Signals
 
     with progress_bar(f"reading {file.name}", file) as progress:
         drive = read(file, vehicle=truck, dbc=dbc, take=take, progress=progress)
-    return replace(drive, log="-") if log == STANDARD_INPUT else drive
+    if log != STANDARD_INPUT:
+        return drive
+    return Signals(drive.columns, drive.sources, drive.rate_hz, "-", drive.notes, drive.vin)
 
 
 def _identified(path: Path, drive: Signals, file: Path) -> _Log:
     from oncenter.read.identity import start_of, vin_of
 
-    first_s = float(drive.table["time_s"][0])
+    first_s = float(drive.columns["time_s"][0])
     vin = drive.vin if file.name.lower().endswith(OF_FRAMES) else vin_of(file)
     return _Log(path, drive, vin, first_s if first_s > _EPOCH_S else start_of(file))
 
@@ -164,7 +167,7 @@ def _overlaps(drives: Sequence[Signals]) -> list[Finding]:
     from oncenter.offset.findings import Finding
 
     def span(drive: Signals) -> tuple[float, float]:
-        return float(drive.table["time_s"][0]), float(drive.table["time_s"][-1])
+        return float(drive.columns["time_s"][0]), float(drive.columns["time_s"][-1])
 
     dated = sorted((drive for drive in drives if span(drive)[0] > _EPOCH_S), key=span)
     return [

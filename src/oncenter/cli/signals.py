@@ -59,7 +59,7 @@ def _rows(drive: oc.Signals) -> Iterator[tuple[str, dict[str, Any]]]:
     for name, source in drive.sources.items():
         signal = SIGNALS[name]
         file_unit, words, _ = _FILE_UNITS[signal.quantity.unit]
-        values = drive.table[signal.column].to_numpy() / signal.quantity.factors[file_unit]
+        values = drive.columns[signal.column] / signal.quantity.factors[file_unit]
         numbers = values[values == values]
         yield (
             name,
@@ -129,7 +129,7 @@ def _table(drive: oc.Signals) -> list[str]:
     sources = ["source"]
     for name, row in _rows(drive):
         missing = _percent(row["not_available"], row["samples"])
-        gaps = _percent(row["ticks_without"] + in_holes, drive.table.height + in_holes)
+        gaps = _percent(row["ticks_without"] + in_holes, drive.ticks + in_holes)
         cells = (name, f"{row['rate_hz']:.0f} Hz", str(row["samples"]), missing, gaps, _range(name, row))
         for column, cell in zip(columns.values(), cells, strict=True):
             column.append(cell)
@@ -173,7 +173,7 @@ def _by_reason(verdicts: tuple[CannotTell, ...]) -> dict[str, list[str]]:
 
 
 def _duration_s(drive: oc.Signals) -> float:
-    time = drive.table["time_s"]
+    time = drive.columns["time_s"]
     return float(time[-1] - time[0])
 
 

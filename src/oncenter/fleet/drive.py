@@ -154,7 +154,7 @@ def when(log: LogFile, path: Path, signals: Signals) -> dict[str, Any]:
 
 
 def _starts(log: LogFile, path: Path, signals: Signals) -> Iterator[tuple[str, float | None]]:
-    first, last = float(signals.table["time_s"][0]), float(signals.table["time_s"][-1])
+    first, last = float(signals.columns["time_s"][0]), float(signals.columns["time_s"][-1])
     yield "log", first if first > _EPOCH_S else None
     yield "metadata", start_of(path)
     for part in reversed(PurePosixPath(log.uri.replace("\\", "/")).parts):

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import polars as pl
 
 from oncenter import _core
 from oncenter.errors import OncenterError
@@ -130,9 +129,9 @@ class Learner:
         assert self.last is not None
         first_and_last = [self._first_s, float(self.last.ticks["time_s"][-1])]
         kind = [0.0 if self._turns is not None and self._turns.relative else 1.0] * 2
-        table = pl.DataFrame({"time_s": first_and_last, _SENSOR_TYPE: kind})
+        columns = {"time_s": np.array(first_and_last), _SENSOR_TYPE: np.array(kind)}
         stream = self.stream
-        return Signals(table, stream.sources, stream.rate_hz, stream.name, tuple(stream.notes))
+        return Signals(columns, stream.sources, stream.rate_hz, stream.name, tuple(stream.notes))
 
 
 def needed(vehicle: Vehicle) -> tuple[str, ...]:

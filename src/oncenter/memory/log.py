@@ -22,14 +22,14 @@ def key_of(drive: Signals) -> str:
     """Of the drive's content: equal for a copy of a log, also in another format without loss."""
     digest = hashlib.sha256()
     for name in (SIGNALS[signal].column for signal in _KEY_OF):
-        if name in drive.table.columns:
-            digest.update(np.ascontiguousarray(drive.table[name].to_numpy(), np.float64).tobytes())
+        if name in drive.columns:
+            digest.update(np.ascontiguousarray(drive.columns[name], np.float64).tobytes())
     return digest.hexdigest()[:_KEY_DIGITS]
 
 
 def start_in_log(drive: Signals, path: Path | None) -> float | None:
     """s since 1970: by the log's own time stamps, or by a table's `start_time`; None where it has neither."""
-    first = float(drive.table["time_s"][0])
+    first = float(drive.columns["time_s"][0])
     if _EPOCH_S < first < _LAST_S:
         return first
     return None if path is None else start_of(path)
@@ -37,7 +37,7 @@ def start_in_log(drive: Signals, path: Path | None) -> float | None:
 
 def start_of_drive(drive: Signals, path: str | os.PathLike[str] | None = None) -> float:
     """As `start_in_log`, else from the file's last change less the drive's length; the present time without a file."""
-    first, last = float(drive.table["time_s"][0]), float(drive.table["time_s"][-1])
+    first, last = float(drive.columns["time_s"][0]), float(drive.columns["time_s"][-1])
     if _EPOCH_S < first < _LAST_S:
         return first
     try:

@@ -103,7 +103,7 @@ def _findings(
     method: Method,
     params: Mapping[str, float],
 ) -> tuple[Finding, ...]:
-    has_acceleration = any(SIGNALS["lateral_acceleration"].column in drive.table.columns for drive in drives)
+    has_acceleration = any(SIGNALS["lateral_acceleration"].column in drive.columns for drive in drives)
     return findings_of(
         native,
         params,
@@ -131,9 +131,9 @@ def _angle_ends(drives: Iterable[Signals]) -> str | None:
     found = None
     for drive in drives:
         column = SIGNALS["steering_wheel_angle"].column
-        if column not in drive.table.columns or drive.table.height < _WHOLE_FROM_ROWS:
+        if column not in drive.columns or drive.ticks < _WHOLE_FROM_ROWS:
             continue
-        time, angle = drive.table["time_s"].to_numpy(), drive.table[column].to_numpy()
+        time, angle = drive.columns["time_s"], drive.columns[column]
         available = np.flatnonzero(np.isfinite(angle))
         if len(available):
             found = f"{(time[available[-1]] - time[0]) / 60.0:.1f} min into {Path(drive.log).name}"

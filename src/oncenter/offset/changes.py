@@ -73,7 +73,7 @@ def changes_of(native: Mapping[str, Any], found_by: Sequence[int], drives: Seque
 
 def _change(raw: Mapping[str, Any], after: float, drive: int, drives: Sequence[Signals]) -> Change:
     kind = _KINDS[int(raw["change"]["kind"])]
-    begin = float(drives[drive].table["time_s"][0])
+    begin = float(drives[drive].columns["time_s"][0])
     time = max(raw["time"], begin)
     size = after - raw["before"]
     # where the offset went on changing after the detection, as in a gradual change, the size is less certain

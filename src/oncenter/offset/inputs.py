@@ -35,7 +35,7 @@ def with_torque(
         given: of the vehicle and the caller; a switch in them decides.
         method, drives: of the answer.
     """
-    has_torque = all(SIGNALS["steering_wheel_torque"].column in drive.table.columns for drive in drives)
+    has_torque = all(SIGNALS["steering_wheel_torque"].column in drive.columns for drive in drives)
     if params["use_accelerometer"] or method != "joint" or not has_torque or _TORQUE_SWITCH in given:
         return dict(params)
     return {**params, _TORQUE_SWITCH: 1.0}
@@ -51,9 +51,9 @@ def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
         raise OncenterError(
             "no drive was given: give at least one from oncenter.read", code="no_drive", exit_code=WRONG_USAGE
         )
-    by_time = sorted(drives, key=lambda drive: float(drive.table["time_s"][0]))
+    by_time = sorted(drives, key=lambda drive: float(drive.columns["time_s"][0]))
     apart = all(
-        float(before.table["time_s"][-1]) < float(after.table["time_s"][0]) for before, after in pairwise(by_time)
+        float(before.columns["time_s"][-1]) < float(after.columns["time_s"][0]) for before, after in pairwise(by_time)
     )
     return tuple(by_time) if apart else drives
 
@@ -74,7 +74,7 @@ def _axle(drives: Sequence[Signals]) -> str:
     """The first axle with both wheel speeds in all drives; the first of all where there is none."""
 
     def has_both(axle: str) -> bool:
-        return all(SIGNALS[wheel].column in drive.table.columns for drive in drives for wheel in _wheels(axle))
+        return all(SIGNALS[wheel].column in drive.columns for drive in drives for wheel in _wheels(axle))
 
     return next(filter(has_both, _AXLES), _AXLES[0])
 
@@ -151,6 +151,6 @@ def _instead(drives: Sequence[Signals], missing: Sequence[str]) -> str:
         )
     axle = _axle(drives)
     columns = {SIGNALS[wheel].column for wheel in _wheels(axle)}
-    if "steering_wheel_angle" in missing or not all(columns <= set(drive.table.columns) for drive in drives):
+    if "steering_wheel_angle" in missing or not all(columns <= set(drive.columns) for drive in drives):
         return ""
     return f"with its wheel speeds, use --method wheel-speed and give track_width_{axle}_m in the vehicle file"

@@ -175,7 +175,7 @@ def is_implausible(native: Mapping[str, Any]) -> bool:
 
 def trace(answer: Answer) -> npt.NDArray[np.void]:
     """The core's output at each tick of an answer: oc_output, one row per row of all its drives, in order."""
-    outputs = np.zeros(sum(drive.table.height for drive in answer.drives), _core.OUTPUT_DTYPE)
+    outputs = np.zeros(sum(drive.ticks for drive in answer.drives), _core.OUTPUT_DTYPE)
     _run(answer.drives, answer.vehicle, answer.params, answer.method, None, outputs)
     return outputs
 
@@ -192,13 +192,13 @@ def _run(
     when given."""
     widths = track_widths(vehicle, method, drives)
     core = core_of(vehicle, drives[0].rate_hz, method=method, params=params, track_widths=widths)
-    rows = sum(drive.table.height for drive in drives)
+    rows = sum(drive.ticks for drive in drives)
     done = 0
     changes_found = []
     for drive in drives:
         core.restart()
-        columns = {name: drive.table[name].to_numpy() for name in _core.COLUMNS if name in drive.table.columns}
-        for start in range(0, drive.table.height, _ROWS_AT_ONCE):
+        columns = {name: drive.columns[name] for name in _core.COLUMNS if name in drive.columns}
+        for start in range(0, drive.ticks, _ROWS_AT_ONCE):
             part = {name: column[start : start + _ROWS_AT_ONCE] for name, column in columns.items()}
             count = len(part["time_s"])
             core.run(part, None if outputs is None else outputs[done : done + count])

@@ -81,8 +81,9 @@ def without_steps_within(logs: Together, changes: Sequence[Change], drives: Sequ
 
 def _driven_s(drive: Signals, until_s: float) -> float:
     """Seconds of driving since the begin of the log."""
-    time, speed = drive.table["time_s"], drive.table["vehicle_speed_m_s"]
-    return float(((time - time[0] < until_s) & (speed > _DRIVES_M_S)).sum()) / drive.rate_hz
+    time, speed = drive.columns["time_s"], drive.columns["vehicle_speed_m_s"]
+    stands = speed <= _DRIVES_M_S  # False where the speed is not available
+    return float(((time - time[0] < until_s) & ~stands).sum()) / drive.rate_hz
 
 
 def _status(native: Mapping[str, Any]) -> str:
@@ -127,7 +128,7 @@ def _change(answer: Answer, offset: float, step: LogStep) -> Change:
         kind=kind_of_offset(step.size, step.sd),
         drive=0,
         log=first.log,
-        time_s=float(first.table["time_s"][0]),
+        time_s=float(first.columns["time_s"][0]),
         into_log_s=0.0,
         offset_before_rad=offset - step.size,
         offset_after_rad=offset,

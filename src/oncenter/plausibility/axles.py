@@ -75,13 +75,14 @@ def without_unfit_axles(signals: Signals, vehicle: Vehicle | None) -> tuple[Sign
 
 
 def _has_both(signals: Signals, axle: Axle) -> bool:
-    return all(column in signals.table.columns for column in columns(axle))
+    return all(column in signals.columns for column in columns(axle))
 
 
 def _without(signals: Signals, axles: tuple[Axle, ...]) -> Signals:
-    gone = [name for name in SIGNALS for axle in axles if name.startswith(f"wheel_speed_{axle}_")]
-    kept = {name: source for name, source in signals.sources.items() if name not in gone}
-    return replace(signals, table=signals.table.drop([SIGNALS[n].column for n in gone], strict=False), sources=kept)
+    gone = [column for axle in axles for column in columns(axle)]
+    kept = {name: source for name, source in signals.sources.items() if SIGNALS[name].column not in gone}
+    rest = {name: column for name, column in signals.columns.items() if name not in gone}
+    return Signals(rest, kept, signals.rate_hz, signals.log, signals.notes, signals.vin)
 
 
 def unfit(drive: Drive) -> tuple[Unfit, ...]:

@@ -45,10 +45,10 @@ class Drive:
 
     def ticks(self, name: str) -> Column:
         """A signal at the table's own rate, NaN where it is not available or absurd."""
-        table, column = self.signals.table, SIGNALS[name].column
-        if column not in table.columns:
-            return np.full(table.height, np.nan)
-        return without_absurd(np.asarray(table[column].to_numpy(), dtype=np.float64))
+        column = self.signals.columns.get(SIGNALS[name].column)
+        if column is None:
+            return np.full(self.signals.ticks, np.nan)
+        return without_absurd(np.asarray(column, dtype=np.float64))
 
     def has(self, *names: str) -> bool:
         return all(name in self.signals.sources for name in names)

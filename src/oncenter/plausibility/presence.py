@@ -87,9 +87,9 @@ def held_rate_hz(signals: Signals, name: str) -> float | None:
     changes by all the motion in between. So only the time before changes of several steps counts.
     """
     column = SIGNALS[name].column
-    if column not in signals.table.columns:
+    if column not in signals.columns:
         return None
-    values = without_absurd(signals.table[column].to_numpy())
+    values = without_absurd(signals.columns[column])
     values = values[np.isfinite(values)]
     if not len(values):
         return None
@@ -229,9 +229,9 @@ def coarse_step(signals: Signals, name: str) -> float | None:
     recurs as well. So the resolution is that of the rows that are samples.
     """
     column = SIGNALS[name].column
-    if column not in signals.table.columns or name not in signals.sources:
+    if column not in signals.columns or name not in signals.sources:
         return None
-    values = without_absurd(signals.table[column].to_numpy())
+    values = without_absurd(signals.columns[column])
     rate_hz = signals.sources[name].rate_hz
     every = max(1, round(signals.rate_hz / rate_hz)) if rate_hz > 0.0 else 1
     steps = [step for first in range(every) if (step := _step_between(values[first::every])) is not None]

@@ -31,7 +31,7 @@ class Recorded:
 
 def recorded(signals: Signals) -> Recorded:
     """Of one drive; ticks with decreasing time count as recorded."""
-    time = signals.table["time_s"].to_numpy()[_has_a_number(signals)]
+    time = signals.columns["time_s"][_has_a_number(signals)]
     steps = np.diff(time)
     holes = steps[steps > _HOLE_MIN_S] - 1.0 / signals.rate_hz
     whole_s = float(steps[steps > 0.0].sum())
@@ -44,10 +44,10 @@ def recording_findings(signals: Signals, names: Sequence[str]) -> list[Finding]:
 
 
 def _has_a_number(signals: Signals) -> npt.NDArray[np.bool_]:
-    having = np.zeros(signals.table.height, bool)
-    for column in signals.table.columns:
+    having = np.zeros(signals.ticks, bool)
+    for column in signals.columns:
         if column != "time_s" and not having.all():
-            having |= ~np.isnan(signals.table[column].to_numpy())
+            having |= ~np.isnan(signals.columns[column])
     return having
 
 
@@ -69,7 +69,7 @@ def _holes(drive: Recorded) -> list[Finding]:
 def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
     """At ignition, senders and logger start and stop one after the other."""
     having = _has_a_number(signals)
-    time = signals.table["time_s"].to_numpy()
+    time = signals.columns["time_s"]
     if not having.any():
         return []
     first_s, last_s = time[having][[0, -1]]
@@ -77,9 +77,9 @@ def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
     found: list[Finding] = []
     for name in names:
         column = SIGNALS[name].column
-        if column not in signals.table.columns:
+        if column not in signals.columns:
             continue
-        there = time[~np.isnan(signals.table[column].to_numpy())]
+        there = time[~np.isnan(signals.columns[column])]
         if not len(there):
             continue
         rate_hz = signals.sources[name].rate_hz if name in signals.sources else 0.0

@@ -86,7 +86,7 @@ def require(signals: Signals, needed: Sequence[str], vehicle: Vehicle | None = N
     Raises:
         OncenterError: code "missing_signal"; names each missing signal, its usual source, and the signals found.
     """
-    missing = [name for name in needed if SIGNALS[name].column not in signals.table.columns]
+    missing = [name for name in needed if SIGNALS[name].column not in signals.columns]
     if not missing:
         return
     log = Path(signals.log).name

@@ -39,7 +39,7 @@ def read_apart(
     }
     with borrowed(READER) as child, _named(path):
         answer = child.ask(request, limits_for(sum(map(_size, (path, *dbc)))))
-        import polars  # noqa: F401 - it loads while the child reads
+        import numpy  # noqa: F401 - it loads while the child reads
 
         for message in answer:
             if "progress" in message[0]:
@@ -84,7 +84,7 @@ def sent(given: Signals, send: Send) -> None:
     import numpy as np
 
     header = {
-        "columns": given.table.columns,
+        "columns": list(given.columns),
         "sources": {name: asdict(source) for name, source in given.sources.items()},
         "rate_hz": given.rate_hz,
         "log": given.log,
@@ -92,17 +92,16 @@ def sent(given: Signals, send: Send) -> None:
         "vin": given.vin,
         "last": True,
     }
-    send(header, *(np.ascontiguousarray(column.to_numpy(), np.float64) for column in given.table))
+    send(header, *(np.ascontiguousarray(column, np.float64) for column in given.columns.values()))
 
 
 def _as_signals(header: Mapping[str, Any], payload: bytes) -> Signals:
     import numpy as np
-    import polars as pl
 
     names = header["columns"]
     columns = np.frombuffer(payload, np.float64).reshape(len(names), -1)
     return Signals(
-        pl.DataFrame(dict(zip(names, columns, strict=True))),
+        dict(zip(names, columns, strict=True)),
         {name: Source(**{**source, "others": tuple(source["others"])}) for name, source in header["sources"].items()},
         header["rate_hz"],
         header["log"],

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
-import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.read import counted
@@ -30,8 +29,8 @@ BACKWARD_SHARE = 0.1  # of the steps; more mean that the column is not a time
 _SET_BY_RATE = ("steering_wheel_angle", "yaw_rate")
 
 
-def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[pl.DataFrame, float]:
-    """Table as `oncenter.signals.Signals.table` and its rate in Hz.
+def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[dict[str, Column], float]:
+    """Columns as `oncenter.signals.Signals.columns` and their rate in Hz.
 
     A table with one steady time column for all signals is passed on unchanged. The core counts its repeated and
     backward stamps; backward ones also give a note. Exception: a table whose angle (or, without an angle, yaw rate) has
@@ -47,8 +46,9 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
         every = math.ceil(rate / FASTEST_HZ - 1e-3)
         if every > 1:
             notes.append(f"recorded at {rate:.4g} Hz, reduced to {rate / every:.4g} Hz: one row in {every} is used")
-        columns = {SIGNALS[s.signal].column: _bridged_if_slower(s, rate)[::every] for s in chosen}
-        return pl.DataFrame({"time_s": chosen[0].time[::every], **columns}), rate / every
+        columns = {SIGNALS[s.signal].column: _bridged_if_slower(s, rate) for s in chosen}
+        whole = {"time_s": chosen[0].time, **columns}
+        return {name: np.ascontiguousarray(column[::every]) for name, column in whole.items()}, rate / every
     rate = resampling_rate(chosen, log)
     notes += slow_notes(chosen, rate)
     return _resampled([_in_order(samples, log, notes) for samples in chosen], rate), rate
@@ -211,13 +211,13 @@ def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
     return replace(samples, time=samples.time[later], values=samples.values[later], steps=None)
 
 
-def _resampled(chosen: Sequence[Samples], rate: float) -> pl.DataFrame:
+def _resampled(chosen: Sequence[Samples], rate: float) -> dict[str, Column]:
     ticks = _ticks(chosen, rate)
     ways: dict[int, _Way] = {}  # shared by the signals of one message
     columns = {}
     for samples in chosen:
         columns[SIGNALS[samples.signal].column] = _at(samples, ticks, ways)
-    return pl.DataFrame({"time_s": ticks, **columns})
+    return {"time_s": ticks, **columns}
 
 
 def _ticks(chosen: Sequence[Samples], rate: float) -> Column:

@@ -67,9 +67,9 @@ def read_here(
     else:
         candidates, vin = _from_bus(path, suffix, names, dbc, notes, progress, by_library=by_library)
     _note_a_change(path, before, notes)
-    signals = as_signals(path, candidates, take, notes)
+    signals = as_signals(path, candidates, take, notes, vin)
     progress(1.0)
-    return replace(signals, vin=vin)
+    return signals
 
 
 def _note_a_change(path: Path, before: os.stat_result, notes: list[str]) -> None:
@@ -155,7 +155,9 @@ def _no_signal_recognised(
     )
 
 
-def as_signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str], notes: list[str]) -> Signals:
+def as_signals(
+    path: Path, candidates: Sequence[Samples], take: Mapping[str, str], notes: list[str], vin: str | None = None
+) -> Signals:
     clock.refuse_time_out_of_range(candidates, path.name)
     chosen, sources = choose.choose(candidates, take, path.name, notes)
     if not chosen:
@@ -164,10 +166,8 @@ def as_signals(path: Path, candidates: Sequence[Samples], take: Mapping[str, str
             code="missing_signal",
             needs=tuple(dict.fromkeys(samples.signal for samples in candidates)),
         )
-    table, rate = clock.to_one_tick(chosen, path.name, notes)
-    if table.height < 2:
-        raise OncenterError(
-            f"{path.name} is too short: at least 2 ticks are needed, got {table.height}", code="too_short"
-        )
-    time = table["time_s"]
-    return Signals(table, sources, rate, os.fspath(path), with_seconds(notes, float(time[-1] - time[0])))
+    columns, rate = clock.to_one_tick(chosen, path.name, notes)
+    time = columns["time_s"]
+    if len(time) < 2:
+        raise OncenterError(f"{path.name} is too short: at least 2 ticks are needed, got {len(time)}", code="too_short")
+    return Signals(columns, sources, rate, os.fspath(path), with_seconds(notes, float(time[-1] - time[0])), vin)

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
-import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.files.log_formats import OF_FRAMES
 from oncenter.read.frames import Frames, Wanted, pgn_of, with_groups
 from oncenter.read.frames_of_log import frames_of_log
+
+if TYPE_CHECKING:
+    import polars as pl
 
 _VEHICLE_IDENTIFICATION = 65260  # J1939 VI: the VIN, closed by '*'
 _CONNECTION, _TRANSFER = 0xEC00, 0xEB00  # J1939-21's transport protocol
@@ -34,7 +37,7 @@ def vin_of(path: Path) -> str | None:
         if not name.endswith(OF_FRAMES):
             return None
         return assembled(frames_of_log(path, [], lambda fraction: None, Wanted(PGNS)))
-    except (OncenterError, OSError, ValueError, pl.exceptions.PolarsError):
+    except (OncenterError, OSError, ValueError):
         return None  # reading its signals reports the error
 
 
@@ -54,23 +57,28 @@ def start_of(path: Path) -> float | None:
         except ValueError:
             given = datetime.fromisoformat(stated)
             return (given if given.tzinfo else given.replace(tzinfo=UTC)).timestamp()
-    except (OSError, ValueError, pl.exceptions.PolarsError):
+    except (OSError, ValueError):
         return None
 
 
 def _stated(path: Path, names: tuple[str, ...]) -> str | None:
-    """A value from a table's metadata, or from the first cell of a column."""
+    """A value from a table's metadata, or from the first cell of a column; None if the table cannot be read."""
+    import polars as pl  # late import: frames do not need it
+
     from oncenter.read.tabular import for_polars
 
     source = for_polars(path)
-    if path.suffix.lower() != ".parquet":
-        return _first_cell(pl.read_csv(source, n_rows=1, infer_schema=False), names)
-    metadata: Mapping[str, str] = pl.read_parquet_metadata(source)
-    for name in names:
-        if metadata.get(name):
-            return metadata[name]
-    columns = [name for name in names if name in pl.read_parquet_schema(source)]
-    return _first_cell(pl.read_parquet(source, columns=columns, n_rows=1), names) if columns else None
+    try:
+        if path.suffix.lower() != ".parquet":
+            return _first_cell(pl.read_csv(source, n_rows=1, infer_schema=False), names)
+        metadata: Mapping[str, str] = pl.read_parquet_metadata(source)
+        for name in names:
+            if metadata.get(name):
+                return metadata[name]
+        columns = [name for name in names if name in pl.read_parquet_schema(source)]
+        return _first_cell(pl.read_parquet(source, columns=columns, n_rows=1), names) if columns else None
+    except pl.exceptions.PolarsError:
+        return None
 
 
 def _first_cell(table: pl.DataFrame, names: tuple[str, ...]) -> str | None:

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
-import polars as pl
 
 from oncenter.signals import Signals
 
@@ -109,7 +107,7 @@ def _is_within_half_turn(ticks: Mapping[str, Column]) -> npt.NDArray[np.bool_]:
 
 def is_relative(drive: Signals) -> bool:
     """Whether the sensor reports that its zero is arbitrary."""
-    return _TYPE in drive.table.columns and bool((drive.table[_TYPE] == 0.0).any())
+    return _TYPE in drive.columns and bool((drive.columns[_TYPE] == 0.0).any())
 
 
 def without_whole_turns(drives: Sequence[Signals]) -> tuple[Signals, ...]:
@@ -120,7 +118,7 @@ def without_whole_turns(drives: Sequence[Signals]) -> tuple[Signals, ...]:
     turns: WholeTurns | None = None
     given = []
     for drive in drives:
-        if is_relative(drive) and _ANGLE in drive.table.columns:
+        if is_relative(drive) and _ANGLE in drive.columns:
             turns = turns or WholeTurns(drive.rate_hz)
             given.append(_without(drive, turns))
         else:
@@ -129,17 +127,18 @@ def without_whole_turns(drives: Sequence[Signals]) -> tuple[Signals, ...]:
 
 
 def _without(drive: Signals, turns: WholeTurns) -> Signals:
-    names = [name for name in ("time_s", _ANGLE, _TYPE, _SPEED, _YAW_RATE) if name in drive.table.columns]
+    names = [name for name in ("time_s", _ANGLE, _TYPE, _SPEED, _YAW_RATE) if name in drive.columns]
     before = len(turns.taken)
     turns.ignition()
-    kept = turns.taken_out({name: drive.table[name].to_numpy() for name in names})
+    kept = turns.taken_out({name: drive.columns[name] for name in names})
     taken = turns.taken[before:]
     notes = (*drive.notes, _note(drive, taken)) if any(count for _, count in taken) else drive.notes
-    return replace(drive, table=drive.table.with_columns(pl.Series(_ANGLE, kept)), notes=notes)
+    columns = {**drive.columns, _ANGLE: kept}
+    return Signals(columns, drive.sources, drive.rate_hz, drive.log, notes, drive.vin)
 
 
 def _note(drive: Signals, taken: Sequence[tuple[float, int]]) -> str:
-    first_s = float(drive.table["time_s"][0])
+    first_s = float(drive.columns["time_s"][0])
     changes = [k for k in range(len(taken)) if k == 0 or taken[k][1] != taken[k - 1][1]]
     listed = [f"{taken[k][1]:+d} from {taken[k][0] - first_s:.0f} s on" for k in changes]
     more = f" and {len(listed) - _NOTED_MAX} more times" if len(listed) > _NOTED_MAX else ""

@@ -116,9 +116,9 @@ def _crossings(along_m: Column, aside_m: Column, length_m: float) -> list[_Rows]
 
 
 def _pass(drive: Signals, rows: _Rows, along_m: Column, aside_m: Column, length_m: float) -> Pass:
-    angle = drive.table["steering_wheel_angle_rad"].to_numpy()[rows]
+    angle = drive.columns["steering_wheel_angle_rad"][rows]
     measured = np.isfinite(angle)
-    time = drive.table["time_s"].to_numpy()[rows]
+    time = drive.columns["time_s"][rows]
     duration_s, way_m = float(time[-1] - time[0]), float(along_m[rows[-1]] - along_m[rows[0]])
     return Pass(
         forward=way_m > 0.0,
@@ -134,9 +134,9 @@ def _pass(drive: Signals, rows: _Rows, along_m: Column, aside_m: Column, length_
 
 
 def _mean_lateral_acceleration_m_s2(drive: Signals, rows: _Rows) -> float | None:
-    if "lateral_acceleration_m_s2" not in drive.table.columns:
+    if "lateral_acceleration_m_s2" not in drive.columns:
         return None
-    values = drive.table["lateral_acceleration_m_s2"].to_numpy()[rows]
+    values = drive.columns["lateral_acceleration_m_s2"][rows]
     return float(np.nanmean(values)) if np.isfinite(values).any() else None
 
 
@@ -150,9 +150,9 @@ def _both_ways(passes: Sequence[Pass]) -> bool:
 
 def _reversed(drive: Signals, straight: Straight, each: Pass) -> bool:
     """Whether the heading is opposite to the motion; False without a heading."""
-    if "heading_deg" not in drive.table.columns:
+    if "heading_deg" not in drive.columns:
         return False
-    heading = drive.table["heading_deg"].to_numpy()[each.rows[0] : each.rows[1] + 1] * DEGREE
+    heading = drive.columns["heading_deg"][each.rows[0] : each.rows[1] + 1] * DEGREE
     course = math.pi / 2.0 - straight.course_rad + (0.0 if each.forward else math.pi)
     return bool(np.nansum(np.cos(heading - course)) < 0.0)
 

@@ -161,10 +161,10 @@ def reference(signals: Signals) -> Reference:
     drives_of(signals, "reference")
     require(signals, _NEEDED)
     (drive,) = without_whole_turns((signals,))
-    table = drive.table
-    if not (np.isfinite(table["latitude_deg"].to_numpy()) & np.isfinite(table["longitude_deg"].to_numpy())).any():
+    latitude_deg, longitude_deg = drive.columns["latitude_deg"], drive.columns["longitude_deg"]
+    if not (np.isfinite(latitude_deg) & np.isfinite(longitude_deg)).any():
         raise OncenterError(f"{drive.log}: the log has no position", code="no_usable_second", needs=_NEEDED[1:])
-    east_m, north_m = plane_m(table["latitude_deg"].to_numpy(), table["longitude_deg"].to_numpy())
+    east_m, north_m = plane_m(latitude_deg, longitude_deg)
     straight, length_m = _both_ways(drive.log, straights(east_m, north_m))
     along_m, aside_m = along_and_aside_m(straight, east_m, north_m)
     groups, notes = passes_both_ways(drive, straight, along_m, aside_m, length_m)

@@ -70,8 +70,8 @@ def angle_course(
         by_truth=true_rad is not None,
         error=None if reference is None else np.where(trusted, alone - reference, np.nan),
         without_sensor=~believed,
-        speed=signals.table["vehicle_speed_m_s"].to_numpy(),
-        lateral_acceleration=(signals.table["yaw_rate_rad_s"] * signals.table["vehicle_speed_m_s"]).to_numpy(),
+        speed=signals.columns["vehicle_speed_m_s"],
+        lateral_acceleration=signals.columns["yaw_rate_rad_s"] * signals.columns["vehicle_speed_m_s"],
         faults=_faults(column, time),
         holes=np.flatnonzero(np.diff(time) > _HOLE_S) + 1,
     )

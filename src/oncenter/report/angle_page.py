@@ -195,7 +195,7 @@ def _provenance(signals: Signals, vehicle: Vehicle, method: str, smooth: bool, n
         "Steering ratio near the centre": f"{vehicle.ratio_near_centre:.4g}",
         "Method": escape(method) + (", smoothed with the future" if smooth else ""),
         "Version": f"oncenter {escape(_core.version())}",
-        "Log": f"{escape(signals.log)} <span class=quiet>{signals.table.height} ticks at {signals.rate_hz:g} Hz</span>",
+        "Log": f"{escape(signals.log)} <span class=quiet>{signals.ticks} ticks at {signals.rate_hz:g} Hz</span>",
     }
     sources = {escape(name.replace("_", " ")): escape(s.description) for name, s in signals.sources.items()}
     lines = "".join(f"<li>{escape(note)}</li>" for note in notes)

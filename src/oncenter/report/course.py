@@ -82,7 +82,7 @@ class Course:
 
 def course(answer: Answer, rows: npt.NDArray[Any]) -> Course:
     """The course of an answer's drives; `rows` is their trace, one row per table row of all drives in order."""
-    seconds, starts = _driving_time([drive.table["time_s"].to_numpy() for drive in answer.drives])
+    seconds, starts = _driving_time([drive.columns["time_s"] for drive in answer.drives])
     unit, per_unit = ("min", 60.0) if len(seconds) and seconds[-1] > 300.0 else ("s", 1.0)
     motion = rows["motion"]
     speed = rows["vehicle_speed"]
@@ -162,12 +162,9 @@ def _holes(seconds: Floats, answer: Answer) -> Indices:
 
 def _column(drives: tuple[Signals, ...], name: str, factor: float) -> Floats | None:
     """A table column of all drives, times factor; NaN for a drive that lacks it, None if all do."""
-    if not any(name in drive.table.columns for drive in drives):
+    if not any(name in drive.columns for drive in drives):
         return None
-    parts = [
-        drive.table[name].to_numpy() if name in drive.table.columns else np.full(drive.table.height, np.nan)
-        for drive in drives
-    ]
+    parts = [drive.columns[name] if name in drive.columns else np.full(drive.ticks, np.nan) for drive in drives]
     return factor * np.concatenate(parts)
 
 
@@ -176,7 +173,7 @@ def _used(clean: Mask, drives: tuple[Signals, ...], clean_time_s: float) -> Mask
     used = np.zeros_like(clean)
     first = 0
     for drive in drives:
-        part = clean[first : first + drive.table.height]
+        part = clean[first : first + drive.ticks]
         n = len(part)
         unclean = np.where(part, n, np.arange(n))
         next_unclean = np.minimum.accumulate(unclean[::-1])[::-1]
@@ -190,12 +187,12 @@ def _learned_from(rows: npt.NDArray[Any], drives: tuple[Signals, ...]) -> Mask:
     edges = np.zeros(len(rows) + 1)
     first = 0
     for drive in drives:
-        evidence = rows["evidence"][first : first + drive.table.height]
+        evidence = rows["evidence"][first : first + drive.ticks]
         grown = np.diff(evidence, prepend=evidence[:1])
         ends = np.flatnonzero(grown > 0)
         length = np.round((grown[ends] + _SAMPLE_S) * drive.rate_hz).astype(np.intp)
         np.add.at(edges, first + np.maximum(ends + 1 - length, 0), 1)
         np.add.at(edges, first + ends + 1, -1)
-        first += drive.table.height
+        first += drive.ticks
     learned_from: Mask = (np.cumsum(edges[:-1]) > 0) & (rows["reasons"] == 0)
     return learned_from

@@ -303,9 +303,7 @@ def _provenance(answer: Answer) -> str:
         "Method": escape(answer.method),
         "Version": f"oncenter {escape(answer.version)}",
     }
-    logs = [
-        f"{escape(d.log)} <span class=quiet>{d.table.height} ticks at {d.rate_hz:g} Hz</span>" for d in answer.drives
-    ]
+    logs = [f"{escape(d.log)} <span class=quiet>{d.ticks} ticks at {d.rate_hz:g} Hz</span>" for d in answer.drives]
     truck["Logs" if len(logs) > 1 else "Log"] = "<br>".join(logs)
     sources = {_signal_name(name): escape(text) for name, text in answer.sources.items()}
     params = dict(_param(name, value) for name, value in answer.params.items())

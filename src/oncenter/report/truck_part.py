@@ -54,9 +54,9 @@ def _distance_km(drives: tuple[Signals, ...]) -> float:
 
 def _distance_m(drive: Signals) -> float:
     """Without the time in which no speed is available."""
-    if _SPEED not in drive.table.columns:
+    if _SPEED not in drive.columns:
         return 0.0
-    speed = drive.table[_SPEED].to_numpy()
+    speed = drive.columns[_SPEED]
     return float(np.abs(speed[np.isfinite(speed)]).sum()) / drive.rate_hz
 
 
@@ -70,9 +70,9 @@ def _place(drives: tuple[Signals, ...]) -> str:
 
 
 def _ends(drive: Signals) -> list[str]:
-    if _LATITUDE not in drive.table.columns or _LONGITUDE not in drive.table.columns:
+    if _LATITUDE not in drive.columns or _LONGITUDE not in drive.columns:
         return []
-    latitude, longitude = (drive.table[name].to_numpy() for name in (_LATITUDE, _LONGITUDE))
+    latitude, longitude = (drive.columns[name] for name in (_LATITUDE, _LONGITUDE))
     there = np.flatnonzero(np.isfinite(latitude) & np.isfinite(longitude))
     return [_position(latitude[row], longitude[row]) for row in there[[0, -1]]] if len(there) else []
 

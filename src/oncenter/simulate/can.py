@@ -127,8 +127,7 @@ def _messages(sensed: Sensed) -> Iterator[_Message]:
 
 def _columns(sensed: Sensed) -> dict[str, Array]:
     """Signals by name, infinite where the sensor reports an error."""
-    table = sensed.signals.table
-    column = {name: table[SIGNALS[name].column].to_numpy() for name in sensed.signals.sources}
+    column = {name: sensed.signals.columns[SIGNALS[name].column] for name in sensed.signals.sources}
     if sensed.speed_over_ground_m_s is not None:
         column["speed_over_ground"] = sensed.speed_over_ground_m_s
     for fault in sensed.faults:

@@ -77,7 +77,7 @@ def _driven(title: str, signals: Signals, truth: Truth) -> _Driven:
     assert answer.offset.value is not None
     used = trace(answer)["reasons"] == 0
     angle, r, v, a_y = (
-        signals.table[name].to_numpy()[used]
+        signals.columns[name][used]
         for name in (
             "steering_wheel_angle_rad",
             "yaw_rate_rad_s",

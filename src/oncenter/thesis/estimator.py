@@ -40,7 +40,7 @@ def run(progress: Progress) -> list[Exhibit]:
                 assert answer.variance_if_independent_rad2 is not None and answer.offset.ci95 is not None
                 by_43.append(1.96 * answer.variance_if_independent_rad2**0.5 / DEGREE)
                 by_batches.append(0.5 * (answer.offset.ci95[1] - answer.offset.ci95[0]) / DEGREE)
-        speed = signals.table["vehicle_speed_m_s"].to_numpy()
+        speed = signals.columns["vehicle_speed_m_s"]
         gated_wrongly_s += float(np.sum((np.abs(speed) < 0.3) & (speed > 10.0))) / signals.rate_hz
         progress((k + 1) / len(_SEEDS))
     together = np.concatenate(residuals)

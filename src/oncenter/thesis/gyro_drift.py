@@ -42,7 +42,7 @@ def run(progress: Progress) -> list[Exhibit]:
     rows = slice(0, int(_SHOWN_S * signals.rate_hz))
     outputs = trace(oc.offset(signals, oc.vehicle("scania_r730_4x2")))[rows]
     progress(0.4)
-    time_s = signals.table["time_s"].to_numpy()[rows]
+    time_s = signals.columns["time_s"][rows]
     bias = truth.table["yaw_rate_bias_rad_s"].to_numpy()[rows]
     sampled = slice(0, len(time_s), _STEP)
     moving_radii = _thesis_filter(signals, _RADIUS_SD)[: len(time_s[sampled])]
@@ -88,7 +88,7 @@ def _thesis_filter(signals: Signals, radius_sd: float) -> Array:
     randomly; the gyro and the rear wheels' difference as measurements. rad/s, at each `_STEP`th tick."""
     track_m = oc.vehicle("scania_r730_4x2").track_width_rear_m
     assert track_m is not None
-    column = {name: signals.table[name].to_numpy()[::_STEP] for name in signals.table.columns}
+    column = {name: signals.columns[name][::_STEP] for name in signals.columns}
     wheels = (column["wheel_speed_rear_right_m_s"] - column["wheel_speed_rear_left_m_s"]) / track_m
     step_s = _STEP / signals.rate_hz
     growth = np.diag([_TURNING_SD**2, _BIAS_SD**2, radius_sd**2]) * step_s

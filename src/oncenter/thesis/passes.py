@@ -76,7 +76,7 @@ def run(progress: Progress) -> list[Exhibit]:
     assert joint is not None
     passes = _passes(signals)
     progress(0.9)
-    speed_m_s = signals.table["vehicle_speed_m_s"].to_numpy()
+    speed_m_s = signals.columns["vehicle_speed_m_s"]
     fast_m_s = float(speed_m_s[speed_m_s > 10.0].mean())
     moving = Truck(truck.ratio_near_centre, truck.wheelbase_m, 0.0, fast_m_s, 0.0)
     known = _Known(
@@ -93,7 +93,7 @@ def run(progress: Progress) -> list[Exhibit]:
 def _passes(signals: Signals) -> list[_Pass]:
     """Each whole one, by the thesis's method with Table 4's parameters."""
     truck = oc.vehicle("scania_r730_4x2")
-    heading_deg = signals.table["heading_deg"].to_numpy()
+    heading_deg = signals.columns["heading_deg"]
     passes = []
     for direction, along_deg in _DIRECTIONS_DEG.items():
         on_it = np.abs((heading_deg - along_deg + 180.0) % 360.0 - 180.0) < _ALONG_DEG

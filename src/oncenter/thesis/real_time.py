@@ -94,7 +94,7 @@ def _estimated(
 ) -> Manoeuvre:
     signals, truth = simulated(scenario, changes, seed)
     truck = oc.vehicle("scania_r730_4x2")
-    time = signals.table["time_s"].to_numpy()
+    time = signals.columns["time_s"]
     during = (time >= begin_s) & (time <= end_s)
     true = truth.table["steering_wheel_angle_rad"].to_numpy() - truth.straight_ahead_rad
     tables = {

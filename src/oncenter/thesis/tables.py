@@ -26,7 +26,7 @@ def _sensors() -> Table:
         ("yaw rate sensor", "yaw_rate_rad_s", DEGREE, "deg/s", 0.1, 100.0, 3.0),
         ("accelerometer", "lateral_acceleration_m_s2", STANDARD_GRAVITY, "g", 0.01, 2.0, 0.1),
     ):
-        read = signals.table[column].to_numpy() / factor
+        read = signals.columns[column] / factor
         true = truth.table[column if "lateral" not in column else "felt_lateral_acceleration_m_s2"].to_numpy() / factor
         step = float(np.median(np.diff(np.unique(np.round(read, 9)))))
         off = float(np.mean(read - true))

@@ -145,7 +145,7 @@ def _both_ways() -> Figure:
 def _by_place(signals: Signals, found: oc.Reference) -> list[Array]:
     """Mean lateral acceleration of each way over the places of its profile, in the order of `along_m`, m/s^2."""
     count = len(found.profiles["along_m"])
-    measured = signals.table["lateral_acceleration_m_s2"].to_numpy()
+    measured = signals.columns["lateral_acceleration_m_s2"]
     means = []
     for way in found.ways:
         first, last = way.passes[0].rows

@@ -64,7 +64,7 @@ def commands_page() -> str:
 
 def commands() -> Iterator[tuple[str, Any]]:
     """Every command with its whole name, the program itself first."""
-    yield from _below("oncenter", get_command(app))
+    yield from _below("oncenter", get_command(app()))
 
 
 def _below(path: str, command: Any) -> Iterator[tuple[str, Any]]:

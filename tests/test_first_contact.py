@@ -94,13 +94,13 @@ def every_command(command: object, path: tuple[str, ...] = ()) -> list[tuple[str
     return [path, *(found for name, each in below.items() for found in every_command(each, (*path, name)))]
 
 
-@pytest.mark.parametrize("path", every_command(get_command(app)), ids=" ".join)
+@pytest.mark.parametrize("path", every_command(get_command(app())), ids=" ".join)
 def test_h_is_help_of_every_command(path: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*path, "-h"]) == 0
     short = capsys.readouterr().out
     assert run([*path, "--help"]) == 0
     assert capsys.readouterr().out == short and "Usage: oncenter" in short
-    assert hasattr(get_command(app), "commands") and ("Example: oncenter" in short or "Commands:" in short)
+    assert hasattr(get_command(app()), "commands") and ("Example: oncenter" in short or "Commands:" in short)
 
 
 def in_bash(words: str) -> list[str]:

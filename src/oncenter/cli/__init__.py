@@ -88,7 +88,8 @@ def _run(arguments: Sequence[str], output: _Output) -> int:
     from oncenter.cli.usage import usage_message
 
     try:
-        result = app(args=list(arguments) or ["--help"], prog_name="oncenter", standalone_mode=False)
+        program = app(arguments[0] if arguments else "")
+        result = program(args=list(arguments) or ["--help"], prog_name="oncenter", standalone_mode=False)
         if result == INTERRUPTED:  # from Typer, after Ctrl-C; a command that exits by itself has 1, 2 or 3
             return _interrupted(output)
         return result if isinstance(result, int) else 0

@@ -24,7 +24,10 @@ from pathlib import Path
 from typing import Any
 
 MAX_S = {".log": 0.5, ".csv": 0.5, ".parquet": 0.5, ".mf4": 0.8, ".blf": 0.7, ".asc": 0.7, ".trc": 0.7}  # requirements
-FLOORS = {"Python": "pass", "Python with numpy and polars": "import numpy, polars"}  # minimum imports of every answer
+FLOORS = {  # minimum imports of every answer
+    "Python": "pass",
+    "Python with numpy and pydantic": "import numpy; from pydantic import BaseModel",
+}
 STEPS = ("start_s", "reading_s", "answering_s")
 TRUCK = "scania_r730_4x2"
 _HERE = Path(__file__).parent

@@ -184,7 +184,7 @@ def _left(cold: list[Row], used: dict[str, Spent]) -> Iterator[str]:
     yield f"""## Where the time goes
 
 **Start.** Over all formats {start:.0%} of the time of a new process is start: Python and imports. Python with only
-numpy and polars takes {floor:.2f} s, which is {floor / whole[fastest]:.0%} of `{fastest}`, the fastest format.
+numpy and pydantic takes {floor:.2f} s, which is {floor / whole[fastest]:.0%} of `{fastest}`, the fastest format.
 A fleet's process starts once for many logs.
 
 **Reading.** The slowest format is `{slowest}`: {of[slowest]["reading_s"]:.2f} of {whole[slowest]:.2f} s are reading,

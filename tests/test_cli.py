@@ -244,7 +244,7 @@ def test_help_and_light_formats_load_nothing_heavy(arguments: list[str], tmp_pat
 @pytest.mark.parametrize("verb", ["offset", "signals"])
 def test_a_log_of_frames_needs_no_table_and_no_other_command(verb: str, tmp_path: Path) -> None:
     (tmp_path / "drive.log").write_text(candump(drive()))
-    unneeded = ("polars", "rich", "asyncio", "concurrent.futures", "oncenter.cli.live")
+    unneeded = ("polars", "rich", "asyncio", "concurrent.futures", "oncenter.cli.live", "oncenter.truck.model")
     assert not loaded_of(unneeded, [verb, "drive.log", "--vehicle", TRUCK], tmp_path)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -32,13 +32,15 @@ from oncenter.offset.inputs import (
     with_torque,
     without_unfit_wheels,
 )
-from oncenter.offset.several_logs import Together, across, with_logs, without_steps_within
 from oncenter.offset.signals_at_fault import without_faulty_estimates
 from oncenter.offset.vehicle_file import finding, fitted_vehicle
 from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
 from oncenter.vehicle import Vehicle, check_vehicle, core_of, core_params
+
+if TYPE_CHECKING:
+    from oncenter.offset.several_logs import Together
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): wrong signs and scales are outside
@@ -118,6 +120,8 @@ def _fitted_vehicle(
 
 def _together(answer: Answer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
     """Of several logs, since the last step between two of them."""
+    from oncenter.offset.several_logs import with_logs, without_steps_within  # late import: one log does not need it
+
     logs = without_steps_within(_alone(drives, vehicle, params), answer.changes, drives)
     if logs.steps:
         answer, _ = _answered(drives[logs.since :], vehicle, params, "joint", None)
@@ -153,6 +157,8 @@ def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]
 
 def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
     """The common estimate of logs that are answered one by one."""
+    from oncenter.offset.several_logs import across
+
     natives = [
         widened(
             _run((drive,), vehicle, params, "joint", None, None)[0].answer(),

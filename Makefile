@@ -35,6 +35,7 @@ DEBIAN_browser = chromium poppler-utils
 DEBIAN_slow = $(DEBIAN_browser)
 DEBIAN_benches = chromium g++
 DEBIAN_pages = $(DEBIAN_browser)
+DEBIAN_load = chromium
 DEBIAN_sanitize = g++
 DEBIAN_fuzz = clang libclang-rt-dev
 DEBIAN_embedded = gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
@@ -69,7 +70,7 @@ has_mmdebstrap = command -v mmdebstrap
 missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || printf ' $(package)';)
 
 .PHONY: help packages demo quick test night lint types elsewhere warnings cppcheck sanitize sanitize-core slow statistics \
-	damaged benches pages portable browser coverage fuzz embedded fmu wheels bench accuracy docs lock lowest matrix clean
+	damaged benches pages portable browser coverage fuzz embedded fmu wheels bench accuracy load docs lock lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## list all targets
@@ -193,11 +194,21 @@ bench: .venv/dev ## speed, side by side with scipy, numba and python-can
 	$(BIN)/python bench/speed.py --readme
 	$(BIN)/python bench/speed_page.py --page
 
-accuracy: .venv/dev ## errors, intervals and times of all methods and rivals: docs/accuracy.md
+accuracy: .venv/dev ## errors and intervals of all methods and rivals: docs/accuracy.md, angle.md, method.md, many_drives.md
 	$(BIN)/python bench/accuracy.py --page --jobs 2
 	$(BIN)/python bench/effects.py --page --jobs 2
 	$(BIN)/python bench/two_parts.py --page --jobs 2
 	$(BIN)/python bench/compare.py --page --jobs 2
+	$(BIN)/python bench/angle.py --page
+	$(BIN)/python bench/gyro_bias.py --page
+	rm -rf build/trucks
+	$(BIN)/python bench/trucks.py build/trucks --page --jobs 2
+
+load: .venv/dev ## a night of a fleet and ten minutes of a live bus: docs/fleet.md, docs/live.md
+	rm -rf build/fleet
+	$(BIN)/python bench/fleet.py build/fleet --page
+	$(BIN)/python bench/live.py --page --seconds 600
+	$(BIN)/python bench/live.py --page --seconds 600 --crowd
 
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

@@ -36,6 +36,7 @@ DEBIAN_slow = $(DEBIAN_browser)
 DEBIAN_benches = chromium g++
 DEBIAN_pages = $(DEBIAN_browser)
 DEBIAN_load = chromium
+DEBIAN_generated = chromium
 DEBIAN_sanitize = g++
 DEBIAN_fuzz = clang libclang-rt-dev
 DEBIAN_embedded = gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
@@ -70,7 +71,8 @@ has_mmdebstrap = command -v mmdebstrap
 missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || printf ' $(package)';)
 
 .PHONY: help packages demo quick test night lint types elsewhere warnings cppcheck sanitize sanitize-core slow statistics \
-	damaged benches pages portable browser coverage fuzz embedded fmu wheels bench accuracy load docs lock lowest matrix clean
+	damaged benches pages portable browser coverage fuzz embedded fmu wheels bench accuracy load generated written docs \
+	lock lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## list all targets
@@ -209,6 +211,26 @@ load: .venv/dev ## a night of a fleet and ten minutes of a live bus: docs/fleet.
 	$(BIN)/python bench/fleet.py build/fleet --page
 	$(BIN)/python bench/live.py --page --seconds 600
 	$(BIN)/python bench/live.py --page --seconds 600 --crowd
+
+# The core's tables first, since the core is compiled with them; then what the program says of itself, draws and prints.
+generated: written ## renew all that a script writes: the core's tables, reference, pictures, outputs in the docs
+	@$(MAKE) --no-print-directory demo
+	$(BIN)/python docs/make_picture.py
+	$(BIN)/python docs/make_live.py
+	$(BIN)/python docs/make_verdicts.py
+	$(BIN)/python docs/make_how_it_works.py
+	$(BIN)/python docs/make_many_drives.py
+	$(BIN)/python docs/make_play.py
+	$(BIN)/python docs/run_code.py --write
+
+# Without .venv/dev at first: with the old tables the core may not compile.
+written: .venv/tools ## of these the ones that take seconds and need no browser
+	$(BIN)/python docs/make_params.py
+	$(BIN)/python docs/make_layout.py
+	$(BIN)/python docs/make_contents.py
+	@$(MAKE) --no-print-directory .venv/dev
+	$(BIN)/python docs/make_reference.py
+	$(BIN)/python docs/make_fmu_table.py
 
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

@@ -12,8 +12,8 @@ MADE = {"oncenter/_declarations.py"}  # when the library is built
 NOT_READ = ("__pycache__", "native")  # bytecode; what is compiled into the library
 
 
-def made() -> str:
-    """The content of the file; the library itself has another name on each platform."""
+def made() -> dict[Path, str]:
+    """The text of the file; the library itself has another name on each platform."""
     source = ROOT / "src"
     libraries = (".so", ".dylib", ".dll")
     own = [file for file in (source / "oncenter").rglob("*") if file.is_file() and file.suffix not in libraries]
@@ -21,8 +21,9 @@ def made() -> str:
     for folder, kinds in runpy.run_path(str(ROOT / "liboncenter.py"))["SHIPPED"].items():
         files = [file.relative_to(ROOT) for kind in kinds for file in (ROOT / folder).glob(kind)]
         names |= {f"oncenter/{file.as_posix()}" for file in files}
-    return "\n".join(sorted(names | MADE)) + "\n"
+    return {CONTENTS: "\n".join(sorted(names | MADE)) + "\n"}
 
 
 if __name__ == "__main__":
-    CONTENTS.write_text(made(), encoding="utf-8", newline="\n")
+    for path, text in made().items():
+        path.write_text(text, encoding="utf-8", newline="\n")

@@ -98,12 +98,13 @@ def _unit(variable: ET.Element) -> str:
     return kind.attrib.get("declaredType", kind.tag.lower())
 
 
-def made() -> str:
-    """The whole page."""
+def made() -> dict[Path, str]:
+    """The text of the page."""
     before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
     _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n\n" + "\n".join(tables(described())) + f"\n{END}{after}"
+    return {PAGE: f"{before}{BEGIN}\n\n" + "\n".join(tables(described())) + f"\n{END}{after}"}
 
 
 if __name__ == "__main__":
-    PAGE.write_text(made(), encoding="utf-8")
+    for path, text in made().items():
+        path.write_text(text, encoding="utf-8", newline="\n")

@@ -103,8 +103,8 @@ def former(name: str) -> str:
     return re.sub(r"\w+", lambda part: FORMER_NAMES.get(part[0], part[0]), name)
 
 
-def made() -> str:
-    """The file's text."""
+def made() -> dict[Path, str]:
+    """The text of the file."""
     ffi = runpy.run_path(str(ROOT / "liboncenter.py"))["ffi"]
     state = list(numbers(ffi, ffi.typeof("oc_state"), ""))
     coefficients = numbers(ffi, ffi.typeof("oc_coefficients"), "")
@@ -116,8 +116,10 @@ def made() -> str:
         table("keyed_runs", "oc_coefficients", keyed),
     ]
     before, _, rest = LAYOUT.read_text(encoding="utf-8").partition(BEGIN)
-    return before + BEGIN + "\n\n".join(parts) + "\n" + END + rest.partition(END)[2]
+    return {LAYOUT: before + BEGIN + "\n\n".join(parts) + "\n" + END + rest.partition(END)[2]}
 
 
 if __name__ == "__main__":
-    LAYOUT.write_text(made(), encoding="utf-8", newline="\n")
+    for path, text in made().items():
+        if path.read_text(encoding="utf-8") != text:  # else make would compile the core again
+            path.write_text(text, encoding="utf-8", newline="\n")

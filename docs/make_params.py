@@ -102,4 +102,5 @@ def made() -> dict[Path, str]:
 
 if __name__ == "__main__":
     for path, text in made().items():
-        path.write_text(text, encoding="utf-8")
+        if path.read_text(encoding="utf-8") != text:  # else make would compile the core again
+            path.write_text(text, encoding="utf-8", newline="\n")

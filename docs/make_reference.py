@@ -340,6 +340,5 @@ def made() -> dict[Path, str]:
 
 
 if __name__ == "__main__":
-    for path, content in made().items():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(content, encoding="utf-8", newline="\n")
+    for path, text in made().items():
+        path.write_text(text, encoding="utf-8", newline="\n")

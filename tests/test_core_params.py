@@ -2,8 +2,6 @@
 
 import math
 import re
-import runpy
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -12,8 +10,6 @@ from oncenter import _core
 from oncenter._native import ffi, lib
 from oncenter.export.variables import UNITS
 from oncenter.param_table import params
-
-ROOT = Path(__file__).parents[1]
 
 DEFAULTS = _core.default_params()
 
@@ -33,12 +29,6 @@ def test_every_name_ends_in_its_unit() -> None:
         said = max((ending for ending in endings if name.endswith(ending)), key=len)
         assert endings[said] == param.unit, name
     assert set(DEFAULTS) - set(params()) == {"use_accelerometer"}
-
-
-@pytest.mark.parametrize("name", ["core/params.h", "core/params.c", "docs/params.md"])
-def test_core_and_page_have_the_rows_of_the_params_table(name: str) -> None:
-    made = runpy.run_path(str(ROOT / "docs" / "make_params.py"))["made"]()
-    assert (ROOT / name).read_text(encoding="utf-8") == made[ROOT / name], "run docs/make_params.py"
 
 
 @pytest.mark.parametrize("name", sorted(set(DEFAULTS) - {"use_accelerometer"}))

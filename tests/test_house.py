@@ -2,7 +2,6 @@
 
 import fnmatch
 import re
-import runpy
 import subprocess
 import sys
 import tomllib
@@ -170,10 +169,6 @@ def test_a_line_of_c_has_at_most_120_characters_as_one_of_python() -> None:
         if len(line) > 120
     ]
     assert long == []
-
-
-def test_the_list_of_the_package_s_files_is_what_its_command_writes() -> None:
-    assert text("CONTENTS") == runpy.run_path(str(ROOT / "docs" / "make_contents.py"))["made"]()
 
 
 def test_no_file_is_a_symbolic_link_since_windows_cannot_check_it_out() -> None:

@@ -27,10 +27,8 @@ def make() -> dict[str, Any]:
     return runpy.run_path(str(ROOT / "docs" / "make_reference.py"))
 
 
-def test_the_pages_and_schemas_are_what_their_command_writes(make: dict[str, Any]) -> None:
-    made = make["made"]()
-    assert [path.name for path, text in made.items() if path.read_text(encoding="utf-8") != text] == []
-    assert set((FOLDER / "schema").iterdir()) <= set(made)
+def test_no_schema_is_left_that_the_command_no_longer_writes(make: dict[str, Any]) -> None:
+    assert set((FOLDER / "schema").iterdir()) <= set(make["made"]())
 
 
 def test_every_command_and_option_is_on_the_page_with_an_example(make: dict[str, Any]) -> None:

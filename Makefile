@@ -164,7 +164,7 @@ portable: .venv/dev ## tests of files, processes and buses, with Windows and mac
 HAS_BROWSER = { command -v chromium || command -v google-chrome; } >/dev/null && command -v pdftotext >/dev/null
 
 browser: .venv/dev ## the pages in a browser: live page, report and its PDF, angle, fleet, thesis, docs site
-	$(BIN)/python $(PYTEST) -m "browser and not slow"
+	$(BIN)/python $(PYTEST) -m "browser and not slow" $$(grep -l mark.browser tests/test_*.py)
 
 # Without inlining: an inlined function's branches would count once for each of its callers.
 coverage: .venv/dev ## the branches of the core that its tests take
@@ -183,7 +183,7 @@ embedded: .venv/dev ## the core on two emulated microcontrollers: the same bits,
 
 fmu: .venv/dev ## the FMU's other platforms in emulators, bit by bit, and two further importers
 	@said=$$($(BIN)/python $(PIP) 'ziglang>=0.17' 'libcosimpy>=0.0.6' 'ecospy>=0.7') $(OR_SAY_WHY)
-	$(BIN)/python -m pytest -q -rs tests/test_export_fmu_platforms.py tests/test_export_fmu_importers.py
+	ONCENTER_NO_SKIPS=1 $(BIN)/python -m pytest -q tests/test_export_fmu_platforms.py tests/test_export_fmu_importers.py
 
 wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platform in dist/, checked where they can run
 	rm -rf dist

@@ -2,6 +2,7 @@
 several test files."""
 
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,7 +11,7 @@ from two_trucks import write_fleet
 
 from oncenter.fleet import run
 
-pytest_plugins = ["browser"]
+pytest_plugins = ["allowed_skips", "browser"]
 
 settings.register_profile(
     "oncenter", deadline=None, suppress_health_check=[HealthCheck.too_slow], derandomize="CI" in os.environ
@@ -19,8 +20,9 @@ settings.load_profile("oncenter")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Skips tests of features that an emulated platform (`tests/elsewhere`) does not have."""
-    lacking = {"win32": ("posix", "linux"), "darwin": ("linux",)}.get(os.environ.get("ONCENTER_AS", ""), ())
+    """Skips tests of features that the platform, or an emulated one (`tests/elsewhere`), does not have."""
+    platform = os.environ.get("ONCENTER_AS", sys.platform)
+    lacking = {"win32": ("posix", "linux"), "darwin": ("linux",)}.get(platform, ())
     for item in items:
         for name in lacking:
             if item.get_closest_marker(name) is not None:

@@ -16,7 +16,7 @@ QUICK = $(CORE_TESTS) $(addprefix tests/test_,budget.py checks.py compare.py cor
 	generated.py house.py plausibility.py project_files.py read_clock.py read_formats.py read_j1939.py read_tables.py \
 	reference_pages.py signals_at_fault.py simulate.py simulate_truck.py vehicle.py vehicle_file.py verdict.py words.py)
 PYTEST = -m pytest -q -n auto --dist worksteal
-SLOW = $(BIN)/python -m pytest -q -n auto --dist loadgroup -m slow
+SLOW = ONCENTER_NO_SKIPS=1 $(BIN)/python -m pytest -q -n auto --dist loadgroup -m slow
 # The slow tests of a part of the night each; all others are of the part `slow`.
 STATISTICS = $(addprefix tests/test_,accuracy.py effects.py)
 DAMAGED = $(addprefix tests/test_,fleet_poison.py fuzz_logs.py hostile_logs.py mutated_files.py)
@@ -160,8 +160,6 @@ pages: .venv/dev
 portable: .venv/dev ## tests of files, processes and buses, with Windows and macOS imitated (tests/elsewhere)
 	ONCENTER_AS=win32 PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(PORTABLE_TESTS)
 	ONCENTER_AS=darwin PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(MACOS_TESTS)
-
-HAS_BROWSER = { command -v chromium || command -v google-chrome; } >/dev/null && command -v pdftotext >/dev/null
 
 browser: .venv/dev ## the pages in a browser: live page, report and its PDF, angle, fleet, thesis, docs site
 	$(BIN)/python $(PYTEST) -m "browser and not slow" $$(grep -l mark.browser tests/test_*.py)

@@ -23,13 +23,13 @@ if find_spec("ziglang") is None:
 
 
 def not_allowed(config: pytest.Config) -> list[str]:
-    """Each skipped test, or file of tests, with its reason. Workers of pytest-xdist leave that to their controller."""
+    """A line for each such test, or file of tests, with its reason. Only a controller of pytest-xdist has them all."""
     reporter = config.pluginmanager.get_plugin("terminalreporter")
     if reporter is None or os.environ.get("ONCENTER_NO_SKIPS") != "1":
         return []
     reasons = {report.nodeid: report.longrepr[2].removeprefix("Skipped: ") for report in reporter.getreports("skipped")}
     return [
-        f"{name}: {reason}"
+        f"FAILED {name} - skipped: {reason}"
         for name, reason in reasons.items()
         if not any(re.search(pattern, reason) for pattern in ALLOWED)
     ]

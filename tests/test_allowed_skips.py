@@ -35,8 +35,8 @@ def test_a_test_and_a_file_that_are_skipped_for_an_unlisted_reason_fail_the_run_
     (tmp_path / "test_file.py").write_text("import pytest\npytest.importorskip('no_such_module', reason='too rare')\n")
     done = run(tmp_path, "-n", processes)
     assert done.returncode == 1
-    assert "test_one.py::test_skipped: no chromium" in done.stdout
-    assert "test_file.py: too rare" in done.stdout
+    assert "FAILED test_one.py::test_skipped - skipped: no chromium" in done.stdout
+    assert "FAILED test_file.py - skipped: too rare" in done.stdout
     assert run(tmp_path, must_skip_nothing="").returncode == 0
 
 

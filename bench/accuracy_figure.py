@@ -13,6 +13,7 @@ import polars as pl
 from accuracy_study import LIMITS, STUDIED, TABLE_4, Point, shown
 
 from oncenter.offset.answer import METHODS
+from oncenter.report.browser import require_browser
 
 if TYPE_CHECKING:
     from accuracy import Summary
@@ -48,7 +49,7 @@ def draw(table: pl.DataFrame, summaries: Sequence[Summary], points: Sequence[Poi
     size = f"{WIDTH_PX + 16},{ROWS_HEIGHT_PX + TIME_HEIGHT_PX + 2 * GATE_HEIGHT_PX + 16}"
     subprocess.run(
         [
-            "chromium",
+            str(require_browser("accuracy.png", "docs/accuracy.md")),
             *"--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking".split(),
             *"--hide-scrollbars --virtual-time-budget=8000".split(),
             f"--window-size={size}",

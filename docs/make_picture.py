@@ -7,6 +7,8 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from oncenter.report.browser import require_browser
+
 ROOT = Path(__file__).parent.parent
 SHOWN = ("Straight-ahead offset over time", "Free play: residual against lateral acceleration")
 WIDTH, HEIGHT = 1000, 1420  # px
@@ -28,7 +30,7 @@ def main() -> None:
         short.write_text(shortened(page), encoding="utf-8")
         subprocess.run(
             [
-                "chromium",
+                str(require_browser("report.png", "demo/report.html")),
                 *"--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking".split(),
                 *f"--hide-scrollbars --virtual-time-budget=8000 --window-size={WIDTH},{HEIGHT}".split(),
                 f"--user-data-dir={folder}/profile",

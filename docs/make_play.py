@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import oncenter as oc
+from oncenter.report.browser import require_browser
 from oncenter.signals import DEGREE
 
 ROOT = Path(__file__).parent.parent
@@ -64,7 +65,7 @@ def draw(errors: dict[float, list[float]], folder: Path) -> None:
     page.write_text(file_html(plot, INLINE, title="play"), encoding="utf-8")
     subprocess.run(
         [
-            "chromium",
+            str(require_browser("play.png", "play.html")),
             *"--headless --no-sandbox --disable-gpu --no-first-run --disable-background-networking".split(),
             *"--hide-scrollbars --virtual-time-budget=5000 --window-size=776,436".split(),
             f"--user-data-dir={folder}/profile",

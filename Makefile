@@ -45,6 +45,7 @@ DEBIAN_fuzz = clang libclang-rt-dev
 DEBIAN_embedded = gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
 # They run or load the binaries that zig compiles; ecos needs libtbb12.
 DEBIAN_fmu = wine64 qemu-user libc6-arm64-cross libtbb12
+DEBIAN_fresh = mmdebstrap
 DEBIAN_wheels = qemu-user wine wine64 musl mmdebstrap
 needed = $(sort $(DEBIAN_BASE) $(foreach target,$(MAKECMDGOALS),$(DEBIAN_$(target))))
 
@@ -75,7 +76,7 @@ missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || 
 
 .PHONY: help packages demo quick test night lint types elsewhere warnings cppcheck sanitize sanitize-core slow statistics \
 	damaged benches pages portable browser coverage fuzz embedded fmu wheels bench accuracy load generated written docs \
-	lock lowest matrix clean
+	fresh lock lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## list all targets
@@ -182,6 +183,9 @@ embedded: .venv/dev ## the core on two emulated microcontrollers: the same bits,
 fmu: .venv/dev ## the FMU's other platforms in emulators, bit by bit, and two further importers
 	@said=$$($(BIN)/python $(PIP) 'ziglang>=0.17' 'libcosimpy>=0.0.6' 'ecospy>=0.7') $(OR_SAY_WHY)
 	ONCENTER_NO_SKIPS=1 $(BIN)/python -m pytest -q tests/test_export_fmu_platforms.py tests/test_export_fmu_importers.py
+
+fresh: packages ## the README's commands on bare Debian systems (DEBIAN=bookworm|trixie, AS=root|user: one alone): docs/platforms.md
+	$(PYTHON) .ci/fresh.py $(DEBIAN) $(AS)
 
 wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platform in dist/, checked where they can run
 	rm -rf dist

@@ -2,6 +2,7 @@
 README's lines fit it. `make fresh` types the same lines on real ones."""
 
 import re
+import runpy
 import shutil
 import subprocess
 import tomllib
@@ -116,3 +117,18 @@ def test_the_readme_has_both_commands_with_their_time_in_a_block_of_its_first_30
 def test_the_pages_name_the_packages_for_a_build_as_the_makefile_does(page: str) -> None:
     base = re.search(r"^DEBIAN_BASE = python3 (.*)$", MAKEFILE, re.MULTILINE)
     assert base and base[1] in (ROOT / page).read_text(encoding="utf-8")
+
+
+def test_the_table_of_bare_systems_has_a_row_for_each_and_only_that_row_is_renewed(tmp_path: Path) -> None:
+    fresh = runpy.run_path(str(ROOT / ".ci" / "fresh.py"))
+    page = tmp_path / "platforms.md"
+    shutil.copy(fresh["PAGE"], page)
+    fresh["write_row"].__globals__["PAGE"] = page
+    systems = [f"| {debian} | {user} |" for debian in fresh["DEBIANS"] for user in fresh["ACCOUNTS"]]
+    for begin in systems:
+        before = page.read_text(encoding="utf-8").splitlines()
+        fresh["write_row"](begin, ["2026-01-01, abc", *("passed" for _ in fresh["commands"]())])
+        after = page.read_text(encoding="utf-8").splitlines()
+        changed = [(old, new) for old, new in zip(before, after, strict=True) if old != new]
+        assert [new for _, new in changed] == [f"{begin} 2026-01-01, abc | passed | passed |"]
+        assert changed[0][0].startswith(begin)

@@ -107,10 +107,11 @@ test: .venv/dev ## before each commit, in five minutes: all checks and tests tha
 night: .venv/dev ## everything else, in parts of an hour: make night PART=fuzz; docs/checks.md has their results
 	$(BIN)/python .ci/night.py $(PART)
 
-lint: .venv/dev ## ruff and typos
+lint: .venv/dev ## ruff, typos, and zizmor for the workflow
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/typos
+	$(BIN)/zizmor --offline --quiet --strict-collection .github
 
 types: .venv/dev
 	$(BIN)/mypy --strict src

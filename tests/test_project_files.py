@@ -1,5 +1,5 @@
 """Files of the project for GitHub and pre-commit: the issue forms are valid, the advice for sharing a log removes the
-truck's identity, and the hooks have the versions of the lock."""
+truck's identity, the hooks have the versions of the lock, and the workflow runs the tests of the Makefile."""
 
 import re
 from pathlib import Path
@@ -50,3 +50,16 @@ def test_the_hooks_before_a_commit_have_the_versions_of_the_lock() -> None:
     locked = dict(line.split("==") for line in (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines())
     pinned = {repo["repo"].rpartition("/")[2].removesuffix("-pre-commit"): repo["rev"] for repo in hooks["repos"]}
     assert pinned == {name: f"v{locked[name]}" for name in ("ruff", "typos")}
+
+
+def test_the_workflow_runs_the_portable_tests_of_the_makefile_on_wheels_that_exist() -> None:
+    workflow = (ROOT / ".github" / "workflows" / "check.yml").read_text(encoding="utf-8")
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    listed = re.search(r"^PORTABLE_TESTS = \$\(addprefix tests/test_,((?:.|\\\n)*?)\)", makefile, re.MULTILINE)
+    assert listed
+    assert re.findall(r"tests/test_(\S+)", workflow) == listed[1].replace("\\", " ").split()
+    platforms = re.findall(r'Platform\("(\w+)"', (ROOT / "wheels" / "platforms.py").read_text(encoding="utf-8"))
+    tried = {
+        machine["platform"] for machine in yaml.safe_load(workflow)["jobs"]["portable"]["strategy"]["matrix"]["include"]
+    }
+    assert tried and tried <= set(platforms)

@@ -31,7 +31,7 @@ def drive() -> Signals:
     return oc.simulate("thesis_drive", seed=1)[0]
 
 
-def test_each_kind_of_fault_is_seen(browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_each_kind_of_fault_is_named(browser: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(browsing, "_LOOKS", 1)
     page = tmp_path / "page.html"
     page.write_text(

@@ -35,7 +35,8 @@ mount -t proc proc proc
 mount -t sysfs -o ro sysfs sys
 mount -t devpts -o newinstance,ptmxmode=0666 devpts dev/pts
 mount -t tmpfs tmpfs dev/shm
-exec chroot . "$@"
+chroot . "$@"
+exit # no exec: as process 1 this shell reaps the children of processes that were killed
 """
 
 

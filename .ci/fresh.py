@@ -28,7 +28,8 @@ DEBIANS = ("bookworm", "trixie")
 ACCOUNTS = {"root": "root", "user": "driver"}
 NETWORK = re.compile(r"(?i)(https?|no|all)_proxy|ssl_cert_(file|dir)|pip_(cert|(extra_)?index_url|default_timeout)")
 PATH = "PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
-# These mounts exist in this process alone and end with it, so whoever removes the folder cannot reach through one.
+# What is mounted then exists for this process alone and ends with it: removing the folder cannot reach through a mount.
+ALONE = ("unshare", "--mount", "--pid", "--fork", "--kill-child")
 ENTER = """set -eu
 cd "$1"; shift
 mount -t proc proc proc
@@ -48,10 +49,14 @@ class System:
         """Runs the command in the home folder of the account; prints its output and returns it with the exit code."""
         network = [f"{name}={value}" for name, value in os.environ.items() if NETWORK.fullmatch(name)]
         typed = ["env", "-i", PATH, *network, "su", account, "-c", f"cd && {command}"]
-        alone = ["unshare", "--mount", "--pid", "--fork", "--kill-child", "sh", "-c", ENTER, "sh", self.folder]
+        enter = ["sh", "-c", ENTER, "sh", self.folder]
         output = ""
         with subprocess.Popen(
-            [*alone, *typed], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
+            [*ALONE, *enter, *typed],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
         ) as running:
             assert running.stdout
             try:
@@ -138,7 +143,7 @@ def bootstrap(debian: str, folder: Path) -> None:
     sources = Path("/etc/apt/sources.list.d/debian.sources")
     given = sources.read_text().replace(codename[0], debian) if codename and sources.is_file() else ""
     settings = [file for file in Path("/etc/apt/apt.conf.d").glob("*") if "Acquire::" in file.read_text()]
-    command = ["mmdebstrap", "--quiet", "--variant=minbase", "--include=ca-certificates,git,make"]
+    command = [*ALONE, "mmdebstrap", "--quiet", "--variant=minbase", "--include=ca-certificates,git,make"]
     command += [f"--aptopt={file}" for file in settings]
     subprocess.run([*command, debian, folder, *(["-"] if given else [])], input=given, text=True, check=True)
 
@@ -153,7 +158,7 @@ def copy_network(folder: Path) -> None:
 
 
 def remove(folder: Path) -> None:
-    """Not while anything is mounted in it, such as by a bootstrap that was killed."""
+    """Not while anything is mounted in it."""
     if f" {folder}/" in Path("/proc/self/mountinfo").read_text():
         sys.exit(f"{folder} is left, since something is mounted in it")
     subprocess.run(["rm", "-rf", "--one-file-system", folder], check=True)

@@ -281,7 +281,7 @@ bool oc_angle_is_due(const oc_angle_tracking *t) {
     return t->ticks_to_check <= 0;
 }
 
-static void learn_truck(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
+static void learn_truck(const oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
                         const oc_angle_tick *tick, float per_rate, float observer) {
     const float error = (float)tick->true_by_sensor - t->estimate;
     if (d->method == OC_ANGLE_OBSERVER) {

@@ -19,15 +19,18 @@ def found() -> dict[str, list[str]]:
 
 
 def main() -> None:
-    listed = set(re.findall(r"^\| ([\d.]+) \|", (HERE / "misra.md").read_text(encoding="utf-8"), re.MULTILINE))
+    rows = re.findall(r"^\| ([\d.]+) \|(.*)", (HERE / "misra.md").read_text(encoding="utf-8"), re.MULTILINE)
+    listed = {rule for rule, _ in rows}
+    by_one_version = {rule for rule, rest in rows if "(cppcheck " in rest}
     places = found()
     for rule in sorted(places.keys() - listed):
         print(f"MISRA {rule} is violated and not listed in embedded/misra.md: {', '.join(places[rule])}")
-    for rule in sorted(listed - places.keys()):
+    without = sorted(listed - by_one_version - places.keys())
+    for rule in without:
         print(f"MISRA {rule} is listed in embedded/misra.md without a violation")
-    if places.keys() != listed:
+    if without or places.keys() - listed:
         raise SystemExit(1)
-    print(f"MISRA C:2012: {sum(map(len, places.values()))} places by {len(listed)} rules of embedded/misra.md")
+    print(f"MISRA C:2012: {sum(map(len, places.values()))} places by {len(places)} rules of embedded/misra.md")
 
 
 if __name__ == "__main__":

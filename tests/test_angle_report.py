@@ -55,6 +55,15 @@ def test_the_page_loads_nothing_and_every_picture_has_its_place(drive: Signals) 
     assert "NaN" not in re.sub(r"<script.*?</script>", "", page_of(short), flags=re.DOTALL)
 
 
+def test_names_from_a_log_stay_text(drive: Signals) -> None:
+    nasty = "<img src=http://x/y>\"'&.log"
+    sources = {name: replace(source, description=nasty) for name, source in drive.sources.items()}
+    short = replace(drive, table=drive.table.head(3000), sources=sources, log=nasty)
+    text = page_of(short)
+    assert "<img src=http" not in text
+    assert text.count("&lt;img src=http") >= len(sources) + 1  # each source, and the log
+
+
 def test_the_figures_are_those_of_the_table(drive: Signals) -> None:
     table = oc.angle(drive, TRUCK, sensor_lost_at=LOST_S)
     course = angle_course(table, drive, LOST_S, None)

@@ -28,6 +28,7 @@ from one_hypothesis import (
     WINDUP_MEAN,
     WINDUP_TERM,
     WITHIN_PLAY,
+    Drive,
     Learner,
     Play,
     driven,
@@ -212,14 +213,18 @@ def test_an_outlier_has_limited_influence() -> None:
     assert Learner(Play(), 0.1).learn(drive).h.offset == pytest.approx(undisturbed, abs=0.15 * DEGREE)
 
 
-def test_without_evidence_the_priors_decide() -> None:
-    """Without samples the width has its prior's sd, and the offset an unbounded one."""
-    learner = Learner(Play())
+def no_evidence() -> Drive:
+    """One second without any motion."""
     still = driven(0, Play(), 1)
     for column in (still.angle, still.residual, still.lateral_acceleration, still.yaw_acceleration, still.jerk):
         column[:] = 0.0
     still.curvature[:] = still.fifth_wheel[:] = 0.0
-    learner.learn(still)
+    return still
+
+
+def test_without_evidence_the_priors_decide() -> None:
+    """Without samples the width has its prior's sd, and the offset an unbounded one."""
+    learner = Learner(Play()).learn(no_evidence())
     of_both = math.hypot(learner.scale[WIDTH_TERM], learner.scale[WINDUP_TERM])
     sds = np.sqrt(list(learner.h.variances.of))
     assert sds[lib.OC_OF_WIDTH] == pytest.approx(of_both, rel=0.01)
@@ -227,15 +232,24 @@ def test_without_evidence_the_priors_decide() -> None:
     assert sds[lib.OC_OF_UNLOADING] == pytest.approx(0.15, rel=0.01)
 
 
+@pytest.mark.parametrize(
+    ("deviations", "wider"),
+    [(1.5, 1.0), (2.5, (2.5 / 1.8) ** 4), (3.9, 5.0), (5.0, 5.0), (7.0, 1.0)],
+    ids=["usual", "far", "farther", "farthest", "no road"],
+)
+def test_the_prior_of_the_neutral_acceleration_widens_with_the_deviation_at_most_fivefold(
+    deviations: float, wider: float
+) -> None:
+    """docs/method.md, "Regression"; beyond 0.6 m/s^2 no road explains a_0, and the prior holds in full."""
+    learner = Learner(Play(unloading=0.0), unloading_mean=0.1 * deviations, unloading_sd=0.1).learn(no_evidence())
+    sd = math.sqrt(learner.h.variances.of[lib.OC_OF_UNLOADING])
+    assert sd == pytest.approx(0.1 * wider, rel=0.01)
+
+
 @pytest.mark.parametrize("began_deg", [1.0, 3.0, 6.0])
 def test_the_start_of_a_hypothesis_is_the_prior_mean_of_its_play(began_deg: float) -> None:
     """Also after the play has changed, while the width has no evidence."""
-    learner = Learner(Play(half_width=began_deg * DEGREE))
-    still = driven(0, Play(), 1)
-    for column in (still.angle, still.residual, still.lateral_acceleration, still.yaw_acceleration, still.jerk):
-        column[:] = 0.0
-    still.curvature[:] = still.fifth_wheel[:] = 0.0
-    learner.learn(still)
+    learner = Learner(Play(half_width=began_deg * DEGREE)).learn(no_evidence())
     for half_width_deg in (began_deg, 4.0):
         learner.h.play.half_width = half_width_deg * DEGREE
         learner.solve()

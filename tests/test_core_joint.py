@@ -441,17 +441,20 @@ def test_a_converged_hypothesis_set_gets_new_hypotheses_half_as_often() -> None:
     columns, truth = driven(CREEPING, 1, 1500.0)
     core = core_for(truth)
     starts: list[float] = []
+    taken: list[int] = []
     next_start = 0
     for start in range(0, len(columns["time_s"]), 200):
         core.run({name: column[start : start + 200] for name, column in columns.items()})
         joint = state_of(core)["evidence"]["joint"]
         if joint["next_start"] != next_start:
             starts.append(float(joint["second"]["used_s"]))
+            taken.append(next_start)
             next_start = int(joint["next_start"])
     times = np.array(starts)
     assert np.diff(times[times < 600.0]).min() == pytest.approx(40.0, abs=4.0)
     assert np.diff(times[times > 640.0]) == pytest.approx(80.0, abs=4.0)
     assert (times > 640.0).sum() >= 5
+    assert taken == [k % lib.OC_JOINT_LATER_STARTS for k in range(len(taken))], "each start in its turn"
 
 
 def test_a_hypothesis_started_after_a_flank_was_loaded_has_little_weight() -> None:

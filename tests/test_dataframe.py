@@ -201,3 +201,11 @@ def test_a_drive_is_the_same_from_its_table_and_from_its_columns() -> None:
         assert replace(given, log="other").table.equals(table)
         assert replace(given, table=table.head(10)).ticks == 10
         assert copy.deepcopy(given).table.equals(table) and pickle.loads(pickle.dumps(given)).table.equals(table)
+
+
+def test_a_notebook_shows_the_text_of_a_log_as_text() -> None:
+    signals = drive(duration_s=10.0)
+    sources = {name: replace(source, description=f"column <{name}> & more") for name, source in signals.sources.items()}
+    html = replace(signals, sources=sources, log="<b>log</b>")._repr_html_()
+    assert html.count("<td>column &lt;") == len(sources) and "&amp; more" in html
+    assert "&lt;b&gt;log" in html and "<b>" not in html

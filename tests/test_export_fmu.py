@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import zipfile
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import fmpy
@@ -21,6 +22,8 @@ import oncenter as oc
 from oncenter import _core, export
 from oncenter.cli import run
 from oncenter.export import binaries
+from oncenter.export.page import page
+from oncenter.export.variables import variables_of
 from oncenter.offset.answer import Estimate
 from oncenter.param_table import params
 from oncenter.signals import Signals
@@ -467,3 +470,10 @@ def test_an_fmu_does_not_replace_a_folder(tmp_path: Path, capsys: pytest.Capture
     (tmp_path / "t.fmu").mkdir()
     assert run(["export", "fmu", "--vehicle", "scania_r730_4x2", "--output", str(tmp_path / "t.fmu")]) == 2
     assert "cannot write" in capsys.readouterr().err
+
+
+def test_the_page_shows_names_and_descriptions_as_text() -> None:
+    variables = [replace(variable, about="<b>below</b> & above") for variable in variables_of(TRUCK)]
+    text = page("<i>truck</i>", variables)
+    assert text.count("<td>&lt;b&gt;below&lt;/b&gt; &amp; above</td>") == len(variables)
+    assert "<b>below" not in text and "<i>truck" not in text

@@ -300,6 +300,21 @@ def test_the_missing_evidence_of_a_standing_truck_is_named(capsys: pytest.Captur
     assert "EBC2 from 0x0B" in said
 
 
+def test_the_verb_names_the_checks_that_a_drive_does_not_allow_once_for_each_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    without(drive(duration_s=30.0), *WHEELS).table.write_csv(tmp_path / "drive.csv")
+    assert run(["signals", str(tmp_path / "drive.csv"), "--json", *VEHICLE]) == 0
+    expected: dict[str, list[str]] = {}
+    for given in json.loads(capsys.readouterr().out)["cannot_tell"]:
+        expected.setdefault(given["why"], []).append(given["check"])
+    assert run(["signals", str(tmp_path / "drive.csv"), *VEHICLE]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "vehicle speed against wheel speeds" in expected["no wheel speeds"]
+    for why, checks in expected.items():
+        assert said.count(f"not checked: {', '.join(checks)} ({why})") == 1
+
+
 @pytest.mark.parametrize("rate_hz", [20.0, 50.0, 200.0])
 def test_in_a_log_of_a_few_ticks_no_signal_is_blamed(rate_hz: float) -> None:
     whole = drive()

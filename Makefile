@@ -76,8 +76,8 @@ has_mmdebstrap = command -v mmdebstrap
 missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || printf ' $(package)';)
 
 .PHONY: help packages demo quick test night lint types elsewhere warnings cppcheck sanitize sanitize-core slow statistics \
-	damaged benches pages portable browser coverage fuzz embedded fmu wheels bench accuracy load generated written docs \
-	fresh lock lowest matrix clean
+	damaged benches pages portable browser coverage faults fuzz embedded fmu wheels bench accuracy load generated written \
+	docs fresh lock lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## list all targets
@@ -176,6 +176,9 @@ coverage: .venv/dev ## the branches of the core that its tests take
 	PYTHONPATH=build/coverage/lib $(BIN)/python -m pytest -q -p no:cacheprovider $(CORE_TESTS)
 	$(BIN)/python embedded/coverage.py build/coverage
 
+faults: .venv/dev ## 40 planted faults: does a check catch each? Within an hour; a stopped round goes on: docs/faults.md
+	$(BIN)/python faults/run.py
+
 fuzz: .venv/dev ## random bytes into the core (FUZZ_S=600 s), then damaged logs into the readers (FUZZ_LOGS=500 a format)
 	sh embedded/fuzz/run $(or $(FUZZ_S),600)
 	$(BIN)/python tests/fuzz_logs.py --mutations $(or $(FUZZ_LOGS),500) --jobs 2
@@ -239,6 +242,7 @@ written: .venv/tools ## of these the ones that take seconds and need no browser
 	@$(MAKE) --no-print-directory .venv/dev
 	$(BIN)/python docs/make_reference.py
 	$(BIN)/python docs/make_fmu_table.py
+	$(BIN)/python faults/page.py
 
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

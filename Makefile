@@ -19,7 +19,6 @@ QUICK = $(filter-out tests/test_angle.py,$(CORE_TESTS)) $(addprefix tests/test_,
 PYTEST = -m pytest -q -n auto --dist worksteal
 SLOW = ONCENTER_NO_SKIPS=1 $(BIN)/python -m pytest -q -n auto --dist loadgroup -m slow
 # The slow tests of a part of the night each; all others are of the part `slow`.
-STATISTICS = $(addprefix tests/test_,accuracy.py effects.py)
 DAMAGED = $(addprefix tests/test_,fleet_poison.py fuzz_logs.py hostile_logs.py mutated_files.py)
 BENCHES = tests/test_benches.py
 PAGES = tests/test_docs_code.py
@@ -75,7 +74,7 @@ has_musl = ls /lib/ld-musl-*.so.1
 has_mmdebstrap = command -v mmdebstrap
 missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || printf ' $(package)';)
 
-.PHONY: help packages demo quick test night lint types elsewhere warnings cppcheck sanitize sanitize-core slow statistics \
+.PHONY: help packages demo quick test night lint types elsewhere warnings cppcheck sanitize sanitize-core slow \
 	damaged benches pages portable browser coverage faults fuzz embedded fmu wheels bench accuracy load generated written \
 	docs fresh lock lowest matrix clean
 .DEFAULT_GOAL := help
@@ -146,10 +145,7 @@ sanitize sanitize-core: build/sanitize/lib
 	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow and not browser" $(SANITIZED)
 
 slow: .venv/dev
-	$(SLOW) $(addprefix --ignore=,$(STATISTICS) $(DAMAGED) $(BENCHES) $(PAGES))
-
-statistics: .venv/dev
-	$(SLOW) $(STATISTICS)
+	$(SLOW) $(addprefix --ignore=,$(DAMAGED) $(BENCHES) $(PAGES))
 
 damaged: .venv/dev
 	$(SLOW) $(DAMAGED)

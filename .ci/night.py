@@ -22,8 +22,7 @@ PAGE = ROOT / "docs" / "checks.md"
 BEGIN, END = "<!-- results: make night -->\n", "<!-- end -->\n"
 MAX_S = 3600.0
 PARTS = {
-    "slow": "whole drives, killed fleets, full disks, builds, exports",
-    "statistics": "errors and intervals over many drives",
+    "slow": "errors and intervals over many drives, killed fleets, full disks, builds, exports",
     "damaged": "damaged and hostile logs and vehicle files",
     "benches": "every bench, with small sizes",
     "pages": "the code of every page and notebook",

@@ -11,11 +11,11 @@ C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
 BUILDERS = setup.py liboncenter.py
 INCLUDES = -Icore
 CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_speed_method.py angle.py message.py)
-# Of what a change usually breaks: the core, the answer, its words and numbers, the common formats, the pages by the code.
-QUICK = $(filter-out tests/test_angle.py,$(CORE_TESTS)) $(addprefix tests/test_,budget.py checks.py compare.py \
-	correction.py equations.py estimate.py explain.py generated.py house.py plausibility.py project_files.py read_clock.py \
-	read_formats.py read_j1939.py read_tables.py reference_pages.py signals_at_fault.py simulate.py simulate_truck.py \
-	vehicle.py vehicle_file.py verdict.py words.py)
+# Of what a change usually breaks: the core, the answer and its verdict, the common formats, what the pages say of the code.
+QUICK = $(filter-out %/test_angle.py %/test_message.py,$(CORE_TESTS)) $(addprefix tests/test_,budget.py checks.py \
+	compare.py correction.py equations.py estimate.py generated.py house.py plausibility.py project_files.py read_clock.py \
+	read_formats.py read_j1939.py read_tables.py signals_at_fault.py simulate.py simulate_truck.py vehicle.py \
+	vehicle_file.py verdict.py)
 PYTEST = -m pytest -q -n auto --dist worksteal
 SLOW = ONCENTER_NO_SKIPS=1 $(BIN)/python -m pytest -q -n auto --dist loadgroup -m slow
 # The slow tests of a part of the night each; all others are of the part `slow`.

@@ -9,6 +9,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ WARNINGS = [*MAKE, "warnings", "EXPORTED=", "CC=gcc -Wno-unused"]
 BATCHES = (4, 12)  # test files, nearest first; then all others
 FAULT_S = 1200.0  # until then a check has caught the fault, or none has
 RUNNING: set[int] = set()  # process groups
+CONTROLLING = threading.Lock()  # both workers have one control
 
 
 @dataclass(frozen=True)
@@ -163,11 +165,18 @@ def _red_checks(fault: Fault, copy: Copy, control: Copy, last: str) -> Iterator[
         batches.insert(0, [last])
     for level in LEVELS:
         for red in _red_tests(batches, level, copy):
-            if copy.first_red([red], level, []) and not control.first_red([red], level, []):
+            if copy.first_red([red], level, []) and _is_green_in(control, [red], level):
                 yield Caught(red, level)
         target = (IN_C if is_c else IN_PYTHON).get(level)
-        if target and not copy.passes(target) and control.passes(target):
-            yield Caught(f"make {target}", level)
+        if target and not copy.passes(target):
+            with CONTROLLING:
+                if control.passes(target):
+                    yield Caught(f"make {target}", level)
+
+
+def _is_green_in(control: Copy, tests: list[str], level: str) -> bool:
+    with CONTROLLING:
+        return control.first_red(tests, level, []) is None
 
 
 def _red_in_python(fault: Fault, copy: Copy) -> Iterator[Caught]:

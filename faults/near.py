@@ -20,8 +20,8 @@ def nearest_tests(fault: Fault, root: Path = ROOT) -> list[str]:
     """All test files."""
     steps = _steps_to(fault.file, root)
     stem, function = Path(fault.file).stem, fault.function.split(".")[-1].strip("_")
-    words = [_with_word(word, root) for word in (function, stem)]
-    named = {test: round(sum(1 / len(tests) for tests in words if test in tests), 1) for test in _tests(root)}
+    words = [_with_word(word, root) for word in (function, f'"{stem}"' if fault.room.endswith("/cli") else stem)]
+    named = {test: round(20 * sum(1 / len(tests) for tests in words if test in tests)) for test in _tests(root)}
     far = _with_word('"bench"', root)  # they run for long
     if fault.room.startswith("core/"):
         far |= {test for test in named if not re.match("tests/test_(core_|oracle)", test)}

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 import pytest
 from bokeh.document import Document
+from bokeh.models import ColumnDataSource
 from bokeh.util.token import generate_jwt_token
 from browser import note_errors
 from live_drive import TRUCK, cut, drive_log, frames_of_log, until
@@ -29,7 +30,9 @@ from oncenter.errors import OncenterError
 from oncenter.live import page as live_page
 from oncenter.live import serve as live_serve
 from oncenter.live import words
+from oncenter.live.history import Strip
 from oncenter.live.learner import Learner, needed
+from oncenter.live.pictures import Pictures
 from oncenter.live.replay import Replay
 from oncenter.live.session import Sayings, Session
 from oncenter.live.snapshot import Dropped, Snapshot
@@ -224,6 +227,18 @@ def test_without_a_viewer_the_session_does_nothing_for_the_page(log: Path) -> No
         assert len(sent) <= asked + 1
         session.stop()
         session.join()
+
+
+def test_the_last_minutes_of_the_gate_have_a_row_for_each_reason_so_far(log: Path) -> None:
+    snapshot, pictures, heights_px = session_of(log, 1.0).snapshot, Pictures(ColumnDataSource()), []
+    _, strip, _ = pictures.figures
+    for number, reason in enumerate(("gap", "speed", "gap", "time")):
+        last_s = Strip((0.0, 1.0), (1.0, 0.5), {reason: (0.0, 0.5)})
+        for _ in pictures.figures:
+            pictures.show_next(replace(snapshot, pictures=replace(snapshot.pictures, number=number, strip=last_s)))
+        heights_px.append(strip.height)
+    assert strip.y_range.factors == ["time", "speed", "gap", "used"]
+    assert np.diff(heights_px).tolist() == [20, 0, 20]
 
 
 class Served:

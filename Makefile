@@ -6,10 +6,10 @@ PIP = -m pip install --disable-pip-version-check --no-compile --progress-bar off
 # said=$$(PIP …) $(OR_SAY_WHY): quiet, unless it fails. `pip -q` does not say which packages are in conflict.
 OR_SAY_WHY = || { printf '%s\n' "$$said" | grep -vE '^ *(Collecting|Downloading|Using cached|Requirement already)' >&2; exit 1; }
 EXPORTED = src/oncenter/export/c/oncenter_ecu.c $(wildcard src/oncenter/export/fmi/*.c)
-C_FILES = $(wildcard core/*.c src/oncenter/simulate/native/*.c)
-C_HEADERS = $(wildcard core/*.h src/oncenter/simulate/native/*.h)
+C_FILES = $(wildcard core/*/*.c src/oncenter/simulate/native/*.c)
+C_HEADERS = $(wildcard core/*/*.h src/oncenter/simulate/native/*.h)
 BUILDERS = setup.py liboncenter.py
-INCLUDES = -Icore
+INCLUDES = $(patsubst %/,-I%,$(wildcard core/*/))
 CORE_TESTS = $(wildcard tests/test_core_*.py) $(addprefix tests/test_,wheel_speed_method.py angle.py message.py)
 # Of what a change usually breaks: the core, the answer and its verdict, the common formats, what the pages say of the code.
 QUICK = $(filter-out %/test_angle.py %/test_message.py,$(CORE_TESTS)) $(addprefix tests/test_,budget.py checks.py \

@@ -18,7 +18,8 @@ ROOT = Path(__file__).parent
 CORE, SIMULATOR = Path("core"), Path("src/oncenter/simulate/native")  # within ROOT, where build backends run
 CORE_HEADERS = ("monitor.h", "save.h", "message.h", "trouble.h")  # firmware includes these
 SIMULATOR_HEADERS = ("drive.h",)
-INCLUDE_DIRS = [str(CORE), str(SIMULATOR)]
+FOLDERS = [*sorted(folder.relative_to(ROOT) for folder in (ROOT / CORE).glob("*/")), SIMULATOR]
+INCLUDE_DIRS = list(map(str, FOLDERS))
 COMPILE_ARGS = ["-std=c99", "-O2", "-ffp-contract=off"]
 MSVC_ARGS = ["/std:c11", "/O2", "/fp:precise"]
 
@@ -29,7 +30,7 @@ FASTER_GCC = ["-finline-limit=2000", "-fno-semantic-interposition"]
 
 # Of the project's root, carried inside the package.
 SHIPPED = {
-    "core": ("*.[ch]", "params.toml"),
+    "core": ("*/*.[ch]", "*.toml"),
     "dbc": ("*.dbc",),
     "docs/reference": ("findings.md",),
     "scenarios": ("*",),
@@ -51,7 +52,7 @@ def _declarations(header: Path, seen: set[Path]) -> str:
 
 
 def _found(name: str) -> Path:
-    return next(folder / name for folder in (SIMULATOR, CORE) if (ROOT / folder / name).is_file())
+    return next(folder / name for folder in FOLDERS if (ROOT / folder / name).is_file())
 
 
 def declared(headers: tuple[str, ...]) -> str:
@@ -77,13 +78,13 @@ def write_sources(folder: Path) -> list[str]:
 
 def sources_read() -> list[str]:
     """All source files of the library; it is compiled again when one has changed."""
-    files = [file for folder in (CORE, SIMULATOR) for file in sorted((ROOT / folder).glob("*.[ch]"))]
+    files = [file for folder in FOLDERS for file in sorted((ROOT / folder).glob("*.[ch]"))]
     return [str(file.relative_to(ROOT)) for file in files]
 
 
 def _core_in_one() -> Iterator[str]:
     """One translation unit, so that any compiler can inline across files, as with link-time optimisation."""
-    yield from (f'#include "{file.name}"' for file in sorted((ROOT / CORE).glob("*.c")))
+    yield from (f'#include "{file.name}"' for file in sorted((ROOT / CORE).glob("*/*.c")))
     yield from (f'#include "{header}"' for header in SIMULATOR_HEADERS)  # for the check of its structs
     yield from _layout_checks()
 

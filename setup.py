@@ -34,7 +34,7 @@ NO_COMPILER = (
 
 
 def version() -> str:
-    text = (ROOT / "core" / "monitor.h").read_text(encoding="utf-8")
+    text = (ROOT / "core" / "monitor" / "monitor.h").read_text(encoding="utf-8")
     return ".".join(re.findall(r"\bOC_VERSION_(?:MAJOR|MINOR|PATCH) = (\d+)", text))
 
 

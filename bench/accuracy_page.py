@@ -145,7 +145,7 @@ priors. The floor is 1.96 i K_us times the standard deviation of these parts. Tw
   {1 / SET_UP_SHARE:.0f}, which leaves {_set_up()} m/s² (sd) open. Without this the interval would be
   {_of_side_force_floor(table, "unloads_on_crown"):.1f} of the floor.
 
-| prior of the estimator (`core/params.h`) | sd, m/s² |
+| prior of the estimator (`core/truck/params.h`) | sd, m/s² |
 |---|--:|
 | accelerometer bias | {BELIEVED["accelerometer_bias_sd_m_s2"]:g} |
 | crown, mean {CROWN_M_S2:g} to the side of traffic | {CROWN_SD_M_S2:g} |

@@ -38,11 +38,11 @@ def compiled(name: str, begin: str, left_out: str, folder: str) -> Any:
     build = runpy.run_path(str(ROOT / "liboncenter.py"))
     ffi = cffi.FFI()
     ffi.cdef(build["declared"](build["CORE_HEADERS"]))
-    files = [file.name for file in sorted((ROOT / "core").glob("*.c")) if file.name != left_out]
+    files = [file.name for file in sorted((ROOT / "core").glob("*/*.c")) if file.name != left_out]
     ffi.set_source(
         name,
         begin + "".join(f'#include "{file}"\n' for file in files),
-        include_dirs=[str(ROOT / "core")],
+        include_dirs=[str(ROOT / folder) for folder in build["INCLUDE_DIRS"]],
         extra_compile_args=build["COMPILE_ARGS"] + build["FASTER_GCC"],
     )
     ffi.compile(tmpdir=folder)

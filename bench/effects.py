@@ -179,7 +179,7 @@ def main() -> None:
     parser.add_argument("--rows", default="", help="names separated by commas; default: all")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
-    parser.add_argument("--params", default="", help="name=value of core/params.h, separated by commas")
+    parser.add_argument("--params", default="", help="name=value of core/truck/params.h, separated by commas")
     parser.add_argument("--page", action="store_true", help="write the section of docs/accuracy.md")
     given = parser.parse_args()
     if given.page and (given.tuning or given.rows or given.params):

@@ -58,11 +58,11 @@ class Rayleigh:
 Distribution = Uniform | Normal | Rayleigh
 
 BELIEVED = _core.default_params()  # the estimator's priors
-PLAY_SD_DEG = 6.0  # of the play's full width, before the drive: core/hypothesis.c
+PLAY_SD_DEG = 6.0  # of the play's full width, before the drive: core/joint/hypothesis.c
 PULL_SD_M_S2, WIND_SD_M_S2 = BELIEVED["pull_sd_m_s2"], BELIEVED["wind_sd_m_s2"]
 CROWN_M_S2, CROWN_SD_M_S2 = BELIEVED["crown_m_s2"], BELIEVED["crown_sd_m_s2"]
 CROWN_SHARE_STOOD_ON = BELIEVED["standing_crown_share_1"]
-SET_UP_SHARE = 1 / 20  # of axles that are adjusted for the crown: core/hypothesis_equations.c
+SET_UP_SHARE = 1 / 20  # of axles that are adjusted for the crown: core/joint/hypothesis_equations.c
 OTHER_SIDE_SHARE = 1 / 20  # of drives on roads that fall to the other side than in the prior: the same
 G_M_S2 = 9.80665
 PERCENT_PER_M_S2 = 100.0 / G_M_S2  # of a road's cross slope

@@ -1,4 +1,4 @@
-"""Writes the rows of core/saved_layout.c, the numbers of a saved image, from the headers: run it after each change."""
+"""Writes the rows of core/ecu/saved_layout.c, the numbers of a saved image, from the headers."""
 
 import re
 import runpy
@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[1]
-LAYOUT = ROOT / "core" / "saved_layout.c"
+LAYOUT = ROOT / "core" / "ecu" / "saved_layout.c"
 MEANING = 5  # raise it when a member keeps its name and type but changes its meaning
 # Renamed members by their present names. The hash has their former names, so that images saved before stay readable.
 # Remove them at the next change of the layout.
@@ -42,7 +42,7 @@ FORMER_NAMES = {
 KINDS = {"double": "DOUBLES", "float": "FLOATS", "int32_t": "INTEGERS", "uint64_t": "COUNTS"}
 WIDE = ("DOUBLES", "COUNTS")
 ENUM = "ENUMS"
-COUNT_MAX = 8191  # as core/saved_layout.h has it
+COUNT_MAX = 8191  # as core/ecu/saved_layout.h has it
 WIDTH = 120
 
 BEGIN, END = "/* docs/make_layout.py writes the following from the headers. */\n", "/* end */\n"

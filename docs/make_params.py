@@ -1,4 +1,4 @@
-"""Writes the rows of core/params.toml into core/params.h, core/params.c and docs/params.md: run it after any change.
+"""Writes the rows of core/params.toml into core/truck/params.{h,c} and docs/params.md.
 
 Needs nothing but Python, so that it also runs where the core does not compile.
 """
@@ -94,7 +94,7 @@ def page() -> str:
 
 def made() -> dict[Path, str]:
     """The text of each file."""
-    sources = (ROOT / "core" / "params.h", ROOT / "core" / "params.c")
+    sources = (ROOT / "core" / "truck" / "params.h", ROOT / "core" / "truck" / "params.c")
     return {path: with_rows(path.read_text(encoding="utf-8")) for path in sources} | {
         ROOT / "docs" / "params.md": page()
     }

@@ -210,7 +210,8 @@ class Desk:
             raise block.fail(str(error)) from error
 
     def _c(self, block: Block) -> None:
-        command = ["cc", "-std=c99", "-fsyntax-only", "-Wall", "-Werror", f"-I{ROOT / 'core'}", "-xc", "-"]
+        include = [f"-I{folder}" for folder in ROOT.glob("core/*/")]
+        command = ["cc", "-std=c99", "-fsyntax-only", "-Wall", "-Werror", *include, "-xc", "-"]
         compiled = subprocess.run(command, input=block.source, capture_output=True, text=True)
         if compiled.returncode != 0:
             raise block.fail(compiled.stderr)

@@ -17,11 +17,11 @@ def branches(folder: Path) -> dict[str, list[tuple[int, int]]]:
     command = ["gcov", "--json-format", "--branch-probabilities", "--stdout", str(data)]
     report = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     return {
-        Path(file["file"]).name: [
+        "/".join(Path(file["file"]).parts[-2:]): [
             (line["line_number"], branch["count"]) for line in file["lines"] for branch in line["branches"]
         ]
         for file in report["files"]
-        if Path(file["file"]).parent.name == "core" and file["file"].endswith(".c")
+        if Path(file["file"]).parent.parent.name == "core" and file["file"].endswith(".c")
     }
 
 
@@ -31,7 +31,7 @@ def main() -> None:
         never = sorted({line for line, taken in counts if not taken})
         taken = sum(1 for _, count in counts if count)
         lines = f"  not all branches: {', '.join(map(str, never))}" if never else ""
-        print(f"core/{name:20} {taken:4} of {len(counts):4}{lines}")
+        print(f"core/{name:28} {taken:4} of {len(counts):4}{lines}")
     every = [count for counts in found.values() for _, count in counts]
     share = sum(1 for count in every if count) / len(every)
     print(f"{100 * share:.1f} % of {len(every)} branches")

@@ -8,6 +8,7 @@ from pathlib import Path
 from replay import HERE, Board
 
 CORE = HERE.parent / "core"
+INCLUDES = [f"-I{folder}" for folder in CORE.glob("*/")]
 GCC = "arm-none-eabi-gcc"
 # -fno-short-enums: the struct layout of the host, so that bytes can be compared. -fno-math-errno: errno would take a
 # kilobyte.
@@ -53,7 +54,7 @@ def compiled(board: Board, sources: Sequence[Path], folder: Path) -> list[Path]:
     objects = [folder / f"{source.stem}.o" for source in sources]
     for source, target in zip(sources, objects, strict=True):
         how = ("-Os",) if source.stem in COLD else ()
-        _run(GCC, *FLAGS, *STRICT, *board.flags, *how, f"-I{CORE}", "-c", source, "-o", target)
+        _run(GCC, *FLAGS, *STRICT, *board.flags, *how, *INCLUDES, "-c", source, "-o", target)
     return objects
 
 

@@ -9,12 +9,13 @@ CORE = HERE.parent / "core"
 
 
 def found() -> dict[str, list[str]]:
-    """Places by rule: "core/trig.c:37"."""
-    command = ["cppcheck", "-q", "--std=c99", "--addon=misra", "--enable=style", f"-I{CORE}", *sorted(CORE.glob("*.c"))]
+    """Places by rule: "core/numbers/trig.c:37"."""
+    files = [*(f"-I{folder}" for folder in CORE.glob("*/")), *sorted(CORE.glob("*/*.c"))]
+    command = ["cppcheck", "-q", "--std=c99", "--addon=misra", "--enable=style", *files]
     said = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=True).stderr
     places: dict[str, list[str]] = {}
     for path, line, rule in re.findall(r"^(.+?):(\d+):.*\[misra-c2012-([\d.]+)\]$", said, re.MULTILINE):
-        places.setdefault(rule, []).append(f"core/{Path(path).name}:{line}")
+        places.setdefault(rule, []).append(f"core/{Path(path).relative_to(CORE)}:{line}")
     return places
 
 

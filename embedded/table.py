@@ -65,7 +65,7 @@ def _compared(board: Board, program: Path, drive: Drive, folder: Path) -> Replay
 
 def measure(board: Board, folder: Path) -> Measured:
     """All figures of one board, measured on the golden drive."""
-    core = firmware.compiled(board, sorted(firmware.CORE.glob("*.c")), folder / "core")
+    core = firmware.compiled(board, sorted(firmware.CORE.glob("*/*.c")), folder / "core")
     _fail([f"{board.name}: the core calls {name}" for name in firmware.forbidden_calls(core)])
     written = firmware.variables(core)
     _fail([f"{board.name}: the core has {written} bytes of static variables"] if written else [])

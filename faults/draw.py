@@ -28,7 +28,7 @@ HEAD = """\
 
 def rooms(root: Path = ROOT) -> dict[str, list[Path]]:
     """A file pair of the core; a folder of the package; the package's own files together; the simulator's C."""
-    found = {f"core/{file.stem}": [file] for file in sorted(root.glob("core/*.c"))}
+    found = {f"core/{file.stem}": [file] for file in sorted(root.glob("core/*/*.c"), key=lambda file: file.stem)}
     package = root / "src" / "oncenter"
     found["src/oncenter"] = sorted(package.glob("*.py"))
     for folder in sorted(file.parent for file in package.glob("*/__init__.py")):

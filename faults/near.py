@@ -5,13 +5,14 @@ from __future__ import annotations
 import ast
 import re
 from collections import defaultdict, deque
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
 from kept import ROOT, Fault
 
 SOURCE = Path("src")
-NATIVE = {"src/oncenter/_native.py": ("core/monitor.c", "core/save.c", "core/message.c", "core/trouble.c")}
+NATIVE = {"src/oncenter/_native.py": ("monitor.c", "save.c", "message.c", "trouble.c")}
 SIMULATOR = "src/oncenter/simulate/native/drive.c"
 NOT_OF_A_FAULT = "test_faults.py"  # it is red as soon as a fault is planted
 
@@ -74,7 +75,7 @@ def _steps_to(target: str, root: Path) -> dict[str, int]:
 def _users(root: Path) -> dict[str, set[str]]:
     """By file: the files that import or include it."""
     users: dict[str, set[str]] = defaultdict(set)
-    for pattern in ("core/*.c", "src/**/*.c", "src/**/*.py", "tests/*.py", "bench/*.py"):
+    for pattern in ("core/*/*.c", "src/**/*.c", "src/**/*.py", "tests/*.py", "bench/*.py"):
         for path in root.glob(pattern):
             name = path.relative_to(root).as_posix()
             for used in _uses(name, root):
@@ -89,17 +90,21 @@ def _uses(name: str, root: Path) -> frozenset[str]:
         found = [
             Path(name).parent / f"{header}.c" for header in re.findall(r'^#include "(\w+)\.h"', text, re.MULTILINE)
         ]
-        found += [Path("core", path.name) for path in found]
+        found += _in_core((path.name for path in found), root)
     else:
         found = list(_imported(name, ast.parse(text)))
-        found += map(Path, NATIVE.get(name, ()))
+        found += _in_core(NATIVE.get(name, ()), root)
         if name.startswith("tests/"):
-            found += [Path("core", f"{word}.c") for word in re.findall(r"\boc_(\w+?)(?=_|\b)", text)]
+            found += _in_core((f"{word}.c" for word in re.findall(r"\boc_(\w+?)(?=_|\b)", text)), root)
     if name == "src/oncenter/_core.py":
         found.append(Path(SIMULATOR))
     if name == SIMULATOR:
         found += [path.relative_to(root) for path in (root / name).parent.glob("*.c")]
     return frozenset(path.as_posix() for path in found if (root / path).is_file())
+
+
+def _in_core(names: Iterable[str], root: Path) -> list[Path]:
+    return [file.relative_to(root) for name in set(names) for file in root.glob(f"core/*/{name}")]
 
 
 def _imported(name: str, tree: ast.AST) -> list[Path]:

@@ -23,7 +23,7 @@ OFFSET, GRADIENT = 2.0 * DEGREE, 0.4 * DEGREE
 PULL_SD = 0.05
 
 # The model's terms, in the core's order.
-SOURCE = (Path(__file__).parents[1] / "core" / "joint_model.h").read_text(encoding="utf-8")
+SOURCE = (Path(__file__).parents[1] / "core" / "joint" / "joint_model.h").read_text(encoding="utf-8")
 TERMS = re.search(r"\nenum \{\n(.+?)\n\};", SOURCE, re.S)[1]
 TERMS = re.split(r",\s+", TERMS.strip().lower())
 GRADIENT_TERM, BIAS_TERM, WIDTH_TERM, UNLOADING_TERM, FRICTION_TERM, CREEP_TERM = (

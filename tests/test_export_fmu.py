@@ -372,7 +372,7 @@ def test_an_fmu_carries_its_sources_and_its_licences(path: Path, written: dict[i
     with zipfile.ZipFile(path) as archive:
         names = set(archive.namelist())
         text = {name: archive.read(name).decode() for name in names if not name.startswith("binaries/")}
-    assert {f"sources/{file.name}" for file in ROOT.glob("core/*.[ch]")} <= names
+    assert {f"sources/{file.name}" for file in ROOT.glob("core/*/*.[ch]")} <= names
     assert "Permission is hereby granted" in text["documentation/licenses/license.txt"]
     assert "Redistribution and use" in text["documentation/licenses/fmi_headers.txt"]
     (configuration,) = fmpy.read_model_description(str(path)).buildConfigurations

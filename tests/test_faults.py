@@ -104,7 +104,11 @@ static double f(double a, double b) {
 
 
 def test_the_tests_named_after_a_file_come_first_and_all_others_follow() -> None:
-    first = {"core/mean.c": "core_mean", "core/message.c": "message", "core/joint_method.c": "core_joint"}
+    first = {
+        "core/numbers/mean.c": "core_mean",
+        "core/ecu/message.c": "message",
+        "core/monitor/joint_method.c": "core_joint",
+    }
     by_file = {fault.file: near.nearest_tests(fault) for fault in kept_faults() if fault.file in first}
     assert {file: tests[0] for file, tests in by_file.items()} == {
         file: f"tests/test_{name}.py" for file, name in first.items()

@@ -13,7 +13,7 @@ import cffi
 import pytest
 
 ROOT = Path(__file__).parents[1]
-HEADERS = sorted(ROOT.glob("core/*.h")) + sorted(ROOT.glob("src/oncenter/simulate/native/*.h"))
+HEADERS = sorted(ROOT.glob("core/*/*.h")) + sorted(ROOT.glob("src/oncenter/simulate/native/*.h"))
 MADE_BY_COMMANDS = {"demo/drive.log", "demo/report.html", ".venv/bin/oncenter", ".venv/bin/python"}
 
 
@@ -70,14 +70,14 @@ def declarations(header: Path, seen: set[Path]) -> str:
     seen.add(header)
     source = header.read_text(encoding="utf-8")
     included = [
-        next(p for p in (header.parent / name, ROOT / "core" / name) if p.is_file())
+        next(p for p in (header.parent / name, *ROOT.glob(f"core/*/{name}")) if p.is_file())
         for name in re.findall(r'^#include "(.+)"', source, re.MULTILINE)
     ]
     return "".join(declarations(p, seen) for p in included) + re.sub(r"^#.*$", "", source, flags=re.MULTILINE)
 
 
 def header_version() -> str:
-    return ".".join(re.findall(r"OC_VERSION_(?:MAJOR|MINOR|PATCH) = (\d+)", text("core/monitor.h")))
+    return ".".join(re.findall(r"OC_VERSION_(?:MAJOR|MINOR|PATCH) = (\d+)", text("core/monitor/monitor.h")))
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])
@@ -92,7 +92,7 @@ def test_the_picture_of_the_house_shows_only_files_that_exist() -> None:
 
 def test_the_picture_of_the_house_is_complete() -> None:
     picture = house_picture(text("CONTRIBUTING.md"))
-    rooms = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("core/*.[ch]")}
+    rooms = {p.relative_to(ROOT).as_posix() for p in ROOT.glob("core/*/*.[ch]")}
     rooms |= {p.relative_to(ROOT).as_posix() for p in kept_files() if p.match("src/oncenter/*.py")}
     rooms |= {p.parent.relative_to(ROOT).as_posix() + "/" for p in ROOT.glob("src/oncenter/*/__init__.py")}
     rooms |= {p.name + "/" for p in ROOT.iterdir() if p.is_dir() and any(f.is_relative_to(p) for f in kept_files())}
@@ -143,12 +143,33 @@ def test_no_kept_file_names_a_machine_or_a_package_registry() -> None:
     assert not found
 
 
+CORE_FOLDERS = ("numbers", "truck", "signals", "thesis", "joint", "angle", "monitor", "ecu")
+BESIDE = {"thesis", "joint", "angle"}  # none of the three needs another
+
+
+def test_a_folder_of_the_core_includes_only_folders_below_it() -> None:
+    folder_of = {file.name: file.parent.name for file in ROOT.glob("core/*/*.[ch]")}
+    assert set(folder_of.values()) == set(CORE_FOLDERS)
+    upward = []
+    for file in sorted(ROOT.glob("core/*/*.[ch]")):
+        own = file.parent.name
+        below = set(CORE_FOLDERS[: CORE_FOLDERS.index(own)]) - (BESIDE if own in BESIDE else set()) | {own}
+        named = re.findall(r'^#include "(.+)"', file.read_text(encoding="utf-8"), re.MULTILINE)
+        upward += [f"{own}/{file.name} includes {name}" for name in named if folder_of[name] not in below]
+    assert upward == []
+
+
+def test_no_two_files_of_the_core_have_the_same_name_since_an_export_is_one_folder() -> None:
+    names = [file.name for file in ROOT.glob("core/*/*.[ch]")]
+    assert len(names) == len(set(names))
+
+
 GROUP = re.compile(r"/\* (Derived|Numerical|Tuned)(\.|; rows without a bench have none on record\.) \*/")
 
 
-@pytest.mark.parametrize("name", sorted(file.name for file in (ROOT / "core").glob("*.c")))
+@pytest.mark.parametrize("name", sorted(file.relative_to(ROOT).as_posix() for file in ROOT.glob("core/*/*.c")))
 def test_the_constants_of_a_file_say_whether_they_are_derived_numerical_or_tuned(name: str) -> None:
-    lines = text(f"core/{name}").splitlines()
+    lines = text(name).splitlines()
     groups = [line for line in lines if line.startswith(("/* Derived", "/* Numerical", "/* Tuned"))]
     assert all(GROUP.fullmatch(line) for line in groups)
     assert len({line.split()[1].rstrip(".;") for line in groups}) == len(groups), "each group once"

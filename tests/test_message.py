@@ -404,8 +404,9 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     folder = tmp_path_factory.mktemp("ecu")
     compiler = shutil.which("gcc") or shutil.which("cc")
     assert compiler, "needs a C compiler"
-    sources = [ROOT / "examples" / "integration.c", ROOT / "tests" / "ecu.c", *sorted(ROOT.glob("core/*.c"))]
-    options = f"-std=c99 -ffp-contract=off -Wall -Wextra -Wconversion -Werror -I{ROOT / 'core'}".split()
+    sources = [ROOT / "examples" / "integration.c", ROOT / "tests" / "ecu.c", *sorted(ROOT.glob("core/*/*.c"))]
+    options = "-std=c99 -ffp-contract=off -Wall -Wextra -Wconversion -Werror".split()
+    options += [f"-I{folder}" for folder in ROOT.glob("core/*/")]
     for name, further in (("usual", []), ("short", ["-fshort-enums"])):
         command = [compiler, *options, *further, *map(str, sources), "-o", str(folder / name), "-lm"]
         subprocess.run(command, check=True)

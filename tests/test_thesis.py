@@ -161,7 +161,9 @@ def test_the_linear_model_stays_at_its_steady_state() -> None:
 
 
 def test_the_flowchart_follows_the_monitors_source() -> None:
-    monitor, motion = ((ROOT / "core" / name).read_text(encoding="utf-8") for name in ("monitor.c", "motion.c"))
+    monitor, motion = (
+        (ROOT / "core" / name).read_text(encoding="utf-8") for name in ("monitor/monitor.c", "signals/motion.c")
+    )
     found = steps(monitor, motion)
     sections = [match[0] for step in found if (match := re.match(r"5\.1\.\d", step.text))]
     assert sections == ["5.1.1", "5.1.2", "5.1.3"]

@@ -115,7 +115,7 @@ def few_batches_factor(batches: int) -> float:
 
 
 def default_params() -> dict[str, float]:
-    """The core's params by name, without the methods. Each name ends in its unit; core/params.h documents them."""
+    """The core's params by name, without the methods. Each name ends in its unit; docs/params.md documents them."""
     params = ffi.new("oc_params *")
     lib.oc_params_defaults(params)
     return {name: value for name, value in _members(params).items() if name not in ("method", "angle_method")}

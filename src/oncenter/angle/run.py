@@ -58,7 +58,7 @@ def angle(
             GNSS, whose front tyre slip is estimated while there is a sensor. Where most of the time with a sensor has
             no lateral acceleration, yaw rate times speed replaces it, as with `use_accelerometer = 0`.
         taught_by: drives of the same truck before this one, with their sensor.
-        params: override the vehicle's; names and units as in core/params.h.
+        params: override the vehicle's; names and units as in core/truck/params.h.
         smooth: use later ticks as well, by a Kalman smoother over the whole drive; not possible in a moving truck.
         progress: called with the fraction done.
 

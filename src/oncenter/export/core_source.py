@@ -11,5 +11,5 @@ LICENCE = shipped("LICENSE")
 
 
 def core_files() -> list[Path]:
-    """All files of core/, by name."""
-    return sorted(CORE.glob("*.[ch]"))
+    """All C files of core/, by name: no two have the same."""
+    return sorted(CORE.glob("*/*.[ch]"), key=lambda file: file.name)

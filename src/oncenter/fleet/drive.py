@@ -126,7 +126,7 @@ _UNITS: Mapping[str, str] = {
 
 
 # The axle may be set up for the crown, with another offset. The interval leans toward that offset by half the distance
-# and has 0.15 times the squared distance more variance (core/joint_answer.c). The set-up is the same in all drives of a
+# and has 0.15 times the squared distance more variance (joint_answer.c). The set-up is the same in all drives of a
 # truck, so this variance is taken out of each drive.
 _OF_LEAN = 0.15 / 0.5**2
 

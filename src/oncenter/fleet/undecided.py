@@ -20,7 +20,7 @@ STATE_WORDS = {
     WITHIN: "within the limit",
     NO_OFFSET: "no offset yet",
 }
-_FLANK_S = 2.0  # of lateral force to a side, after which that flank of the play counts as loaded: core/joint_answer.c
+_FLANK_S = 2.0  # of lateral force to a side, after which that flank of the play counts as loaded: joint_answer.c
 
 
 def standing(value: float, sd: float, limit: float) -> str:

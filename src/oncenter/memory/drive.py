@@ -28,7 +28,7 @@ _ANOTHER_LOAD_SD, _ANOTHER_LOAD_SHARE = 3.0, 0.1  # a gradient beyond both limit
 _LOADS_MAX, _DRIVES_MAX = 8, 50
 _LIFTS = ("6x2",)  # axle layouts whose wheelbase changes when an axle is lifted
 _CONTRADICTS = 3.0  # sd of the remembered value, beyond which a wider result replaces it
-_MODEL_GRADIENT = (0.4 * DEGREE, 0.4 * DEGREE)  # mean and sd of the core's own prior, core/joint_model.h
+_MODEL_GRADIENT = (0.4 * DEGREE, 0.4 * DEGREE)  # mean and sd of the core's own prior, core/joint/joint_model.h
 
 
 def priors(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> dict[str, float]:

@@ -12,7 +12,7 @@ from oncenter.signals import DEGREE
 
 Name = Literal["pull", "mean_wind", "axle_set_up"]
 
-_SET_UP_PROBABILITY = 0.05  # core/hypothesis_equations.c, odds_against: one axle in twenty
+_SET_UP_PROBABILITY = 0.05  # core/joint/hypothesis_equations.c, odds_against: one axle in twenty
 _PER_ACCELERATION_MIN = 1e-6  # rad/(m/s^2): below it no lateral force changes the offset
 _IN_WORDS: Mapping[Name, str] = {"pull": "pull", "mean_wind": "crosswind", "axle_set_up": "axle set up for the crown"}
 _REPORTED_FROM_RAD = 0.05 * DEGREE  # of a half-width: less rounds to zero

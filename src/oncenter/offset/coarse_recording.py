@@ -6,7 +6,7 @@ standard deviation is that of rounding to the step, step/sqrt(12), independent o
 the offset like a bias of the yaw rate.
 
 **Rate.** With fewer samples in a second, more sensor noise remains in its mean, which flattens the fitted slopes. The
-core corrects that from 80 Hz up (core/sensor_noise.c); below, vibration hides the noise. Interpolated and repeated
+core corrects that from 80 Hz up (sensor_noise.c); below, vibration hides the noise. Interpolated and repeated
 values are no measurements.
 """
 

@@ -65,7 +65,7 @@ def offset(
         method: "joint", offset, understeer gradient, play and gyro bias together; "thesis", (36) to (38) of
             docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one
             where the log has it), whose track width the vehicle file must give.
-        params: override the vehicle's; names and units as in core/params.h.
+        params: override the vehicle's; names and units as in core/truck/params.h.
         progress: called with the fraction done.
 
     Raises:

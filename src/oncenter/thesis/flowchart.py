@@ -1,4 +1,4 @@
-"""Figure 15, drawn from the monitor's own source: its steps are the comments of core/monitor.c's `step`, in order."""
+"""Figure 15, drawn from the monitor's own source: its steps are the comments of `step` in monitor.c, in order."""
 
 from __future__ import annotations
 
@@ -38,7 +38,9 @@ class Step:
 def run(progress: Progress) -> list[Exhibit]:
     """The chart, and the effect of 5.1.1's filter in the core."""
     core = shipped("core")
-    found = steps(*(core.joinpath(name).read_text(encoding="utf-8") for name in ("monitor.c", "motion.c")))
+    found = steps(
+        *(core.joinpath(name).read_text(encoding="utf-8") for name in ("monitor/monitor.c", "signals/motion.c"))
+    )
     cutoff_hz, delay_s = _cutoff_hz(), _delay_s(np.linspace(0.2, _BAND_HZ, 10))
     design = _core.Core(3.7, 19.3, {}, _RATE_HZ).coefficients()["preprocess"]
     angle_delay_s = (design["delay_ticks"] + design["delay_fraction"]) / _RATE_HZ
@@ -51,9 +53,8 @@ def run(progress: Progress) -> list[Exhibit]:
             "15",
             "The steps of the monitor for one tick",
             draw,
-            "Each box is a step of core/monitor.c in the words of its source, with the section of the thesis and the "
-            "core's "
-            "functions that it calls; to the right, the reasons that end a tick there. Drawn from the "
+            "Each box is a step of core/monitor/monitor.c in the words of its source, with the section of the thesis "
+            "and the core's functions that it calls; to the right, the reasons that end a tick there. Drawn from the "
             "source, "
             "so it shows the code that runs.",
             claims=(
@@ -80,8 +81,8 @@ def run(progress: Progress) -> list[Exhibit]:
 
 
 def steps(monitor: str, motion: str) -> list[Step]:
-    """The steps of `step` in core/monitor.c, in order, split at its own-line comments, with the calls of its own
-    functions; the gate's reasons are those of `oc_gate` in core/motion.c."""
+    """The steps of `step` in monitor.c, in order, split at its own-line comments, with the calls of its own functions;
+    the gate's reasons are those of `oc_gate` in motion.c."""
     body = _body(monitor, "static void step(")
     parts = re.split(r"^ +/\* (.+?) \*/$", body, flags=re.MULTILINE | re.DOTALL)[1:]
     codes = [_with_own_functions(code, monitor) for code in parts[1::2]]

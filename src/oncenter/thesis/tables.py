@@ -197,7 +197,7 @@ def _thresholds() -> Table:
         "Thresholds",
         ("symbol", "thesis", "the core's default", "parameter"),
         tuple(rows),
-        "The gate of (34) and (35) as printed and as core/params.c has it for the thesis's method.",
+        "The gate of (34) and (35) as printed and as core/truck/params.c has it for the thesis's method.",
         tuple(claims),
         (
             Misprint(

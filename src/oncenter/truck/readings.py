@@ -183,7 +183,7 @@ def _less_prior(variance: Numbers, prior: Numbers | float) -> Numbers:
 
 def _prior_bias(drives: Drives, priors: Priors, d: int) -> tuple[Numbers, Numbers]:
     """Mean and variance of the accelerometer bias from its prior, the road bank and the standstill, without evidence
-    from the steering: core/joint_method.c, prior_of."""
+    from the steering: core/monitor/joint_method.c, prior_of."""
     side = drives.side[:, d]
     bias, crown = np.zeros_like(side), side * priors.crown_m_s2
     of_bias = np.full_like(side, priors.accelerometer_bias_sd_m_s2**2)

@@ -7,7 +7,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "angle.h"
+#include "front_wheel.h"
 
 /* Source of the motion, and estimated quantities. */
 typedef enum {

@@ -9,6 +9,17 @@
 
 enum { OC_RATIO_TERMS_MAX = 8 };
 
+/* Source of the front wheels' angle. */
+typedef enum {
+    OC_ANGLE_OBSERVER,
+    OC_ANGLE_WHEEL_SPEED,             /* (21); (3) for equal wheel radii */
+    OC_ANGLE_WHEEL_SPEED_EXACT,       /* (2) with the radius ratio */
+    OC_ANGLE_YAW_RATE,                /* L*r/v */
+    OC_ANGLE_YAW_RATE_UNDERSTEER,     /* (22), (31) */
+    OC_ANGLE_SIDE_SLIP,               /* (23), (24) */
+    OC_ANGLE_METHOD_COUNT
+} oc_angle_method;
+
 /* Front wheel angle as a monotonic polynomial of the steering wheel angle, both rad, lowest power first. */
 typedef struct {
     int32_t terms;                     /* 0: a constant ratio */

@@ -23,17 +23,6 @@
 #include "front_wheel.h"
 #include "side_slip.h"
 
-/* Source of the front wheels' angle. */
-typedef enum {
-    OC_ANGLE_OBSERVER,
-    OC_ANGLE_WHEEL_SPEED,             /* (21); (3) for equal wheel radii */
-    OC_ANGLE_WHEEL_SPEED_EXACT,       /* (2) with the radius ratio */
-    OC_ANGLE_YAW_RATE,                /* L*r/v */
-    OC_ANGLE_YAW_RATE_UNDERSTEER,     /* (22), (31) */
-    OC_ANGLE_SIDE_SLIP,               /* (23), (24) */
-    OC_ANGLE_METHOD_COUNT
-} oc_angle_method;
-
 /* The truck, as identified while the sensor was available; standard deviations where they matter. */
 typedef struct {
     float offset_sd;                  /* rad */

@@ -24,9 +24,6 @@ The order of the checks: ruff and mypy, or gcc; the test files nearest to the fi
 further ones of `.ci/run`, then of `make night`. They end 20 minutes after the fault was planted. A check counts only if
 it is red twice, and green without the fault. A test that hangs or ends its process has caught the fault. A fault that
 changes no result is excused, with the reason.
-
-**The round below is not complete**: it ran the compiler, the types and the nearest test files only, on d18fce6 with
-this folder added. "No check" is no proof there. Run `make faults` for a complete one, and remove this paragraph.
 """
 
 

@@ -1,6 +1,5 @@
 """Writes the rows of core/ecu/saved_layout.c, the numbers of a saved image, from the headers."""
 
-import re
 import runpy
 import zlib
 from collections.abc import Iterator
@@ -10,39 +9,9 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 LAYOUT = ROOT / "core" / "ecu" / "saved_layout.c"
 MEANING = 5  # raise it when a member keeps its name and type but changes its meaning
-# Renamed members by their present names. The hash has their former names, so that images saved before stay readable.
-# Remove them at the next change of the layout.
-FORMER_NAMES = {
-    "collected": "taken",
-    "common": "together",
-    "error_scale": "spread",
-    "exceeds_limit": "beyond",
-    "identified": "known",
-    "last_rejected": "last_refused",
-    "limit_growth": "wider",
-    "loaded_left_s": "to_left",
-    "loaded_right_s": "to_right",
-    "loads_rare_flank": "unfamiliar",
-    "offset_covariance": "with_offset",
-    "opposite": "apart",
-    "pause_s": "rest",
-    "prior_cost": "doubt",
-    "probation_s": "trial_s",
-    "pull_variance": "pulled_variance",
-    "recent_offset": "lately",
-    "rejected_in_order": "refused_in_order",
-    "reversed": "flipped",
-    "steady_difference": "apart",
-    "steady_s": "rest_s",
-    "straights": "level",
-    "suspected": "doubted",
-    "target_products": "toward",
-    "wound_varied": "wound_beside",
-}
 KINDS = {"double": "DOUBLES", "float": "FLOATS", "int32_t": "INTEGERS", "uint64_t": "COUNTS"}
 WIDE = ("DOUBLES", "COUNTS")
 ENUM = "ENUMS"
-COUNT_MAX = 8191  # as core/ecu/saved_layout.h has it
 WIDTH = 120
 
 BEGIN, END = "/* docs/make_layout.py writes the following from the headers. */\n", "/* end */\n"
@@ -79,7 +48,7 @@ def rows(struct: str, found: list[Number]) -> Iterator[str]:
 
     first, kind, count, end, each = "", "", 0, -1, (0, 1)
     for name, of, place, step, times in found:
-        if (of, place, (step, times)) != (kind, end, each) or count == COUNT_MAX:
+        if (of, place, (step, times)) != (kind, end, each):
             if count:
                 yield row(first, kind, count, *each)
             first, kind, count, each = name, of, 0, (step, times)
@@ -99,17 +68,13 @@ def table(name: str, struct: str, found: list[Number]) -> str:
     return "\n".join([*lines, "};"])
 
 
-def former(name: str) -> str:
-    return re.sub(r"\w+", lambda part: FORMER_NAMES.get(part[0], part[0]), name)
-
-
 def made() -> dict[Path, str]:
     """The text of the file."""
     ffi = runpy.run_path(str(ROOT / "liboncenter.py"))["ffi"]
     state = list(numbers(ffi, ffi.typeof("oc_state"), ""))
     coefficients = numbers(ffi, ffi.typeof("oc_coefficients"), "")
     keyed = [row for row in coefficients if row[0].startswith(("vehicle.", "params.")) or row[0] == "rate_hz"]
-    hashed = "\n".join([str(MEANING), *(f"{former(name)} {kind} {times}" for name, kind, _, _, times in state)])
+    hashed = "\n".join([str(MEANING), *(f"{name} {kind} {times}" for name, kind, _, _, times in state)])
     parts = [
         f"/* Derived. */\nstatic const uint32_t layout_hash = 0x{zlib.crc32(hashed.encode()):08X}u;",
         table("state_runs", "oc_state", state),

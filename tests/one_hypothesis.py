@@ -5,7 +5,7 @@ and the residual follows from them by the operators below, an offset, a gradient
 """
 
 import math
-import re
+import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,9 +23,8 @@ OFFSET, GRADIENT = 2.0 * DEGREE, 0.4 * DEGREE
 PULL_SD = 0.05
 
 # The model's terms, in the core's order.
-SOURCE = (Path(__file__).parents[1] / "core" / "joint" / "joint_model.h").read_text(encoding="utf-8")
-TERMS = re.search(r"\nenum \{\n(.+?)\n\};", SOURCE, re.S)[1]
-TERMS = re.split(r",\s+", TERMS.strip().lower())
+ROWS = tomllib.loads((Path(__file__).parents[1] / "core" / "terms.toml").read_text(encoding="utf-8"))
+TERMS = [name.lower() for name in ROWS]
 GRADIENT_TERM, BIAS_TERM, WIDTH_TERM, UNLOADING_TERM, FRICTION_TERM, CREEP_TERM = (
     TERMS.index(name) for name in ("gradient", "yaw_rate_bias", "width", "unloading", "friction", "creep")
 )
@@ -36,9 +35,17 @@ WINDUP_TERM, UNWINDING_TERM, WIND_TERMS = (
 )
 WHEELBASE_TERM, FIFTH_WHEEL_TERM, UNEVEN_TERM = (TERMS.index(name) for name in ("wheelbase", "fifth_wheel", "uneven"))
 WITHIN_PLAY = [UNLOADING_TERM, FRICTION_TERM, CREEP_TERM]
-# Priors, docs/method.md.
-GRADIENT_MEAN, FRICTION_MEAN, CREEP_MEAN = 0.4 * DEGREE, 0.1, 100.0 * DEGREE
-WINDUP_MEAN = 1.0 * DEGREE
+
+
+def in_si(given: str) -> float:
+    """`1.5 deg` in rad; other numbers are SI."""
+    number, _, unit = given.partition(" ")
+    return float(number) * (DEGREE if unit == "deg" else 1.0)
+
+
+GRADIENT_MEAN, FRICTION_MEAN, CREEP_MEAN, WINDUP_MEAN = (
+    in_si(ROWS[name]["prior"][0]) for name in ("GRADIENT", "FRICTION", "CREEP", "WINDUP")
+)
 # Steering wheel angle per m/s^2 of front tyre force by a fifth wheel's friction.
 FIFTH_WHEEL_ANGLE = RATIO * 0.7 * DEGREE
 

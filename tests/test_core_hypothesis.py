@@ -1,37 +1,32 @@
 """One hypothesis: slopes against operators of this test, evidence after changes of sensor, load and bias."""
 
 import math
-import re
-from pathlib import Path
 
 import numpy as np
 import pytest
 from one_hypothesis import (
-    CREEP_MEAN,
     CREEP_TERM,
     DEGREE,
     FIFTH_WHEEL_ANGLE,
     FIFTH_WHEEL_TERM,
-    FRICTION_MEAN,
     FRICTION_TERM,
     GRADIENT,
-    GRADIENT_MEAN,
     GRADIENT_TERM,
     OFFSET,
+    ROWS,
     SAMPLES,
-    TERMS,
     UNEVEN_TERM,
     UNLOADING_TERM,
     UNWINDING_TERM,
     WIDTH_TERM,
     WIND_TERMS,
-    WINDUP_MEAN,
     WINDUP_TERM,
     WITHIN_PLAY,
     Drive,
     Learner,
     Play,
     driven,
+    in_si,
     knots,
 )
 
@@ -168,17 +163,9 @@ def test_fifth_wheel_friction_and_gradient_and_play_are_separated() -> None:
 # The recursion
 
 
-def test_the_documented_priors_are_those_of_the_core() -> None:
-    page = (Path(__file__).parents[1] / "docs" / "method.md").read_text(encoding="utf-8")
-    rows = {name: (mean, sd) for name, mean, sd in re.findall(r"^\| (\w+) \| (\S+) \| (\S+) \| [^|]+ \|$", page, re.M)}
-    scale = dict(zip(TERMS, Learner(Play()).scale, strict=True))
-    plain = ("unloading", "friction", "creep", "wheelbase", "uneven", "unwinding", "wind", "wind_across")
-    unit = dict.fromkeys(TERMS, DEGREE) | dict.fromkeys(plain, 1.0)
-    for name in set(TERMS) - {"unloading", "yaw_rate_bias"}:  # these priors come from other filters
-        assert float(rows[name][1]) * unit[name] == pytest.approx(scale[name], rel=1e-5), name
-    asked = {"gradient": GRADIENT_MEAN / DEGREE, "friction": FRICTION_MEAN, "fifth_wheel": 0.0}
-    asked |= {"creep": CREEP_MEAN / DEGREE, "windup": WINDUP_MEAN / DEGREE, "unwinding": 0.0}
-    assert {name: float(rows[name][0]) for name in asked} == pytest.approx(asked)
+def test_a_terms_unit_is_the_sd_of_its_prior() -> None:
+    sds = [in_si(row["prior"][1]) for row in ROWS.values()]
+    assert list(Learner(Play()).scale) == pytest.approx(sds, rel=1e-6)
 
 
 def test_left_and_right_are_mirrored_to_the_last_bit() -> None:

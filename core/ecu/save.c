@@ -55,20 +55,12 @@ static uint32_t crc_over(uint32_t crc, const uint8_t *bytes, size_t count) {
 /* Compiles only if all enums have the same size. */
 enum { ENUMS_ARE_ALIKE = 1 / (sizeof(oc_status) == sizeof(oc_fault) && sizeof(oc_status) == sizeof(oc_change_kind)) };
 
-static oc_saved_kind kind_in(const oc_saved_run *run) {
-    return (oc_saved_kind)(run->count_and_kind / (OC_SAVED_COUNT_MAX + 1));
-}
-
-static size_t count_in(const oc_saved_run *run) {
-    return run->count_and_kind % (OC_SAVED_COUNT_MAX + 1);
-}
-
 /* Bytes of one number in the image, and in memory. */
-static size_t bytes_saved(oc_saved_kind kind) {
+static size_t bytes_saved(uint8_t kind) {
     return kind == OC_SAVED_DOUBLE || kind == OC_SAVED_UINT64 ? 8u : 4u;
 }
 
-static size_t bytes_in_memory(oc_saved_kind kind) {
+static size_t bytes_in_memory(uint8_t kind) {
     return kind == OC_SAVED_ENUM ? sizeof(oc_status) : bytes_saved(kind);
 }
 
@@ -93,7 +85,7 @@ static void set_bits(uint8_t *to, size_t bytes, uint64_t bits) {
 }
 
 /* Whether the bits are an acceptable number; integers are flags and indices, -1 at least. */
-static bool is_number(oc_saved_kind kind, uint64_t bits) {
+static bool is_number(uint8_t kind, uint64_t bits) {
     const uint32_t low = (uint32_t)bits, high = (uint32_t)(bits >> 32);
     switch (kind) {
     case OC_SAVED_DOUBLE: return (high >> 20 & 0x7FFu) < DOUBLE_EXPONENT_MAX;
@@ -106,10 +98,10 @@ static bool is_number(oc_saved_kind kind, uint64_t bits) {
 
 /* Writes a run's numbers to the image; returns the end. */
 static uint8_t *save_run(const uint8_t *from, const oc_saved_run *run, uint8_t *to) {
-    const size_t step = bytes_in_memory(kind_in(run)), bytes = bytes_saved(kind_in(run));
+    const size_t step = bytes_in_memory(run->kind), bytes = bytes_saved(run->kind);
     for (size_t each = 0; each < run->times; ++each) {
         const uint8_t *next = from + run->place + each * run->step * 4u;
-        for (size_t k = 0; k < count_in(run); ++k, next += step, to += bytes) {
+        for (size_t k = 0; k < run->count; ++k, next += step, to += bytes) {
             write_number(to, bits_at(next, step), bytes);
         }
     }
@@ -118,12 +110,12 @@ static uint8_t *save_run(const uint8_t *from, const oc_saved_run *run, uint8_t *
 
 /* Reads a run's numbers; NULL where one is not acceptable. */
 static const uint8_t *restore_run(uint8_t *to, const oc_saved_run *run, const uint8_t *from) {
-    const size_t step = bytes_in_memory(kind_in(run)), bytes = bytes_saved(kind_in(run));
+    const size_t step = bytes_in_memory(run->kind), bytes = bytes_saved(run->kind);
     for (size_t each = 0; each < run->times; ++each) {
         uint8_t *next = to + run->place + each * run->step * 4u;
-        for (size_t k = 0; k < count_in(run); ++k, next += step, from += bytes) {
+        for (size_t k = 0; k < run->count; ++k, next += step, from += bytes) {
             const uint64_t bits = read_number(from, bytes);
-            if (!is_number(kind_in(run), bits)) {
+            if (!is_number(run->kind, bits)) {
                 return NULL;
             }
             set_bits(next, step, bits);
@@ -146,9 +138,9 @@ uint32_t oc_save_key(const oc_coefficients *c) {
     size_t count;
     const oc_saved_run *runs = oc_saved_keyed(&count);
     for (const oc_saved_run *run = runs; run < runs + count; ++run) {
-        const size_t step = bytes_in_memory(kind_in(run));
+        const size_t step = bytes_in_memory(run->kind);
         const uint8_t *from = (const uint8_t *)c + run->place;
-        for (size_t k = 0; k < count_in(run); ++k) {
+        for (size_t k = 0; k < run->count; ++k) {
             uint8_t word[8];
             write_number(word, bits_at(from + k * step, step), sizeof word);
             crc = crc_over(crc, word, sizeof word);
@@ -161,7 +153,7 @@ size_t oc_save_size(void) {
     size_t bytes = AT_STATE + CRC_BYTES, count;
     const oc_saved_run *runs = oc_saved_state(&count);
     for (size_t k = 0; k < count; ++k) {
-        bytes += runs[k].times * count_in(&runs[k]) * bytes_saved(kind_in(&runs[k]));
+        bytes += runs[k].times * runs[k].count * bytes_saved(runs[k].kind);
     }
     return bytes;
 }

@@ -2,10 +2,13 @@
 
 #include "monitor.h"
 
-#define RUN(type, first, count, kind) {offsetof(type, first), (count) + (kind) * (OC_SAVED_COUNT_MAX + 1), 0, 1}
+/* A number that does not fit its member divides by zero, which stops the compiler. */
+#define UP_TO(max, number) ((number) / ((number) <= (max)))
+#define PLACE(type, first) UP_TO(UINT16_MAX, offsetof(type, first))
+#define RUN(type, first, count, kind) {PLACE(type, first), UP_TO(UINT16_MAX, count), 0, 1, kind}
 #define RUN_OF_EACH(type, first, count, structs, kind)                                                                 \
-    {offsetof(type, first), (count) + (kind) * (OC_SAVED_COUNT_MAX + 1), sizeof(((type *)0)->structs[0]) / 4,          \
-     sizeof(((type *)0)->structs) / sizeof(((type *)0)->structs[0])}
+    {PLACE(type, first), UP_TO(UINT16_MAX, count), UP_TO(UINT16_MAX, sizeof(((type *)0)->structs[0]) / 4),             \
+     UP_TO(UINT8_MAX, sizeof(((type *)0)->structs) / sizeof(((type *)0)->structs[0])), kind}
 
 #define DOUBLES(type, first, count) RUN(type, first, count, OC_SAVED_DOUBLE)
 #define FLOATS(type, first, count) RUN(type, first, count, OC_SAVED_FLOAT)
@@ -19,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xF81C8762u;
+static const uint32_t layout_hash = 0x2E1B8D7Au;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 4),

@@ -13,13 +13,13 @@ typedef enum {
     OC_SAVED_ENUM   /* of the compiler's size; four bytes in the image */
 } oc_saved_kind;
 
-enum { OC_SAVED_COUNT_MAX = 8191 };
-
+/* Numbers of one kind that follow one another; of structs in an array those of the first. */
 typedef struct {
     uint16_t place; /* bytes, offset of the first number in state or coefficients */
-    uint16_t count_and_kind; /* count + kind * (OC_SAVED_COUNT_MAX + 1) */
-    uint8_t step;   /* words of four bytes to the next struct of an array; 0: no array */
+    uint16_t count;
+    uint16_t step;  /* words of four bytes to the next struct */
     uint8_t times;  /* number of structs */
+    uint8_t kind;   /* oc_saved_kind */
 } oc_saved_run;
 
 /* Hash of all numbers' names and kinds. */

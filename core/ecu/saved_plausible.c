@@ -29,7 +29,8 @@ static const struct {
  * and the step between two in words of four bytes. */
 typedef struct {
     uint16_t place;
-    uint8_t numbers, range, structs, step;
+    uint8_t numbers, range, structs;
+    uint16_t step;
 } member;
 
 /* Bytes of a word, and steps in words. */
@@ -41,8 +42,11 @@ enum {
     HYPOTHESES = sizeof(oc_hypothesis) / WORD
 };
 
-/* Compiles only if the estimates are consecutive, like an array. */
+/* Compiles only if the numbers below fit a member, and the estimates are consecutive, like an array. */
 enum {
+    PLACES_FIT = 1 / (sizeof(oc_state) <= UINT16_MAX),
+    NUMBERS_FIT = 1 / (OC_DELAY_MAX <= UINT8_MAX && OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2 <= UINT8_MAX),
+    STRUCTS_FIT = 1 / (OC_PENDING_MAX <= UINT8_MAX && OC_JOINT_HYPOTHESES <= UINT8_MAX),
     ESTIMATES_ARE_ONE_ARRAY = 1 / (offsetof(oc_learned, equivalent_wheelbase) - offsetof(oc_learned, offset) ==
                                    (OC_LEARNED_ESTIMATES - 1) * sizeof(oc_estimate))
 };
@@ -135,6 +139,9 @@ static bool are_in_range(const oc_state *state, const member *members, size_t co
 typedef struct {
     float lower[OC_TERMS_TRIANGLE], inverse[OC_TERMS];
 } factor;
+
+/* Compiles only if the gyro bias's covariance fits such a triangle, too. */
+enum { STATES_FIT = 1 / ((int32_t)OC_GYRO_BIAS_STATES <= (int32_t)OC_TERMS) };
 
 /* Whether a triangle is positive semidefinite up to rounding; also gives its factor, with an information of 1. Where
  * oc_triangle_factor raised a pivot, the squares of a row of the factor exceed the diagonal. */

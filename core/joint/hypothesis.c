@@ -29,10 +29,12 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
         .wheelbase = {1.0f, 0.0f},
         .gradient = {1.0f, gradient->mean / gradient->sd},
     };
-    design->of_sum[GRADIENT] *= design->steering_ratio;
+    /* terms.toml: weights */
     design->of_sum[UNEVEN] *= design->ratio_times_wheelbase;
-    design->of_sum[WHEELBASE] *= design->ratio_times_wheelbase;
     design->of_sum[YAW_RATE_BIAS] *= -design->ratio_times_wheelbase;
+    design->of_sum[WHEELBASE] *= design->ratio_times_wheelbase;
+    design->of_sum[GRADIENT] *= design->steering_ratio;
+    /* end */
 }
 
 /* Adds the wind's regressors: a wind reduces the tyres' lateral force and shifts the play's load, as a_0 does. Returns
@@ -49,13 +51,15 @@ static float add_wind(oc_hypothesis *h, const oc_hypothesis_design *design, cons
 }
 
 static void add_motion(float *sums, const oc_motion_sample *sample) {
-    sums[GRADIENT] += sample->lateral_acceleration;
+    /* terms.toml: sums */
     sums[YAW_ACCELERATION] += sample->yaw_acceleration;
     sums[JERK] += sample->jerk;
     sums[FIFTH_WHEEL] += sample->fifth_wheel;
     sums[UNEVEN] += fabsf(sample->curvature);
-    sums[WHEELBASE] += sample->curvature;
     sums[YAW_RATE_BIAS] += sample->per_speed;
+    sums[WHEELBASE] += sample->curvature;
+    sums[GRADIENT] += sample->lateral_acceleration;
+    /* end */
 }
 
 /* rad */

@@ -25,6 +25,15 @@ static const float road_max = 0.6f; /* m/s^2, from crown to opposite crown plus 
 static const float prior_cost_max = 8.0f; /* roads may fall to the other side: rows `play_15`, `wrong_side` */
 static const float two_ends_share = 0.15f; /* variance over squared distance of two points: row `unloads_on_crown` */
 
+/* Compiles only if the terms are in the order that is used here: the noise is removed from the factor's last rows,
+ * the operators add to consecutive sums (play.c), and a narrower play scales those from creep to unloading. */
+enum {
+    NOISY_TERMS_ARE_LAST = 1 / (WHEELBASE == OC_TERMS - 2 && GRADIENT == OC_TERMS - 1),
+    SLOPES_FOLLOW_ONE_ANOTHER = 1 / (WINDUP == CREEP + OC_SLOPE_WINDUP),
+    CREEP_TO_UNLOADING_ARE_THREE = 1 / (FRICTION == CREEP + 1 && UNLOADING == CREEP + 2),
+    WINDS_FOLLOW_ONE_ANOTHER = 1 / (WIND_ACROSS == WIND + OC_WINDS - 1)
+};
+
 static bool creeps(const oc_play *play) {
     return play->friction >= 0.0f;
 }

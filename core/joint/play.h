@@ -34,14 +34,16 @@ typedef struct {
     float fifth_wheel;    /* m/s^2, lateral force on the front tyres by a fifth wheel's full friction */
 } oc_play;
 
-/* The parameters with a slope, in this order. */
+/* The parameters with a slope. */
 typedef enum {
+    /* terms.toml: slopes */
     OC_SLOPE_CREEP,
     OC_SLOPE_FRICTION,
     OC_SLOPE_UNLOADING,
     OC_SLOPE_WIDTH,
     OC_SLOPE_UNWINDING,
     OC_SLOPE_WINDUP,
+    /* end */
     OC_SLOPE_COUNT
 } oc_slope;
 

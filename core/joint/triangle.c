@@ -19,13 +19,28 @@ static float root_of(float square, float prior_information, float diagonal) {
     return sqrtf(square > pivot_min ? square : pivot_min);
 }
 
+/* Row i of the factor. */
+static void factor_row(int32_t i, const float *scatter, const float *information, float weight, float *lower,
+                       float *inverse) {
+    const float *cell = &scatter[i * (i + 1) / 2], *above = lower;
+    float *row = &lower[i * (i + 1) / 2];
+    for (int32_t j = 0; j < i; ++j) {
+        row[j] = minus_products(cell[j] * weight, row, above, j) * inverse[j];
+        above += j + 1;
+    }
+    const float own = cell[i] * weight;
+    row[i] = root_of(minus_products(own + information[i], row, row, i), information[i], own);
+    inverse[i] = 1.0f / row[i];
+}
+
 void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse) {
     const float weight = 1.0f / noise;
-    const float first = scatter[0] * weight;
-    lower[0] = root_of(first + information[0], information[0], first);
-    inverse[0] = 1.0f / lower[0];
-    /* then two rows at a time, which read the rows above them once; OC_TERMS is odd */
-    for (int32_t i = 1; i < OC_TERMS; i += 2) {
+    factor_row(0, scatter, information, weight, lower, inverse);
+    if (OC_TERMS % 2 == 0) {
+        factor_row(1, scatter, information, weight, lower, inverse);
+    }
+    /* then two rows at a time, which read the rows above them once */
+    for (int32_t i = 2 - OC_TERMS % 2; i < OC_TERMS; i += 2) {
         const float *cell = &scatter[i * (i + 1) / 2], *cell_below = cell + i + 1;
         float *row = &lower[i * (i + 1) / 2], *below = row + i + 1;
         const float *above = lower;

@@ -5,8 +5,10 @@
 #include <stdint.h>
 
 enum {
-    OC_TERMS = 15,         /* of a hypothesis, without the offset */
-    OC_TERMS_TRIANGLE = 120 /* cells of such a matrix */
+    /* terms.toml: count */
+    OC_TERMS = 15, /* of a hypothesis, without the offset */
+    /* end */
+    OC_TERMS_TRIANGLE = OC_TERMS * (OC_TERMS + 1) / 2 /* cells of such a matrix */
 };
 
 float oc_triangle_cell(const float *triangle, int32_t row, int32_t column);

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from oncenter import _core
+from oncenter.tuned import TUNED
 
 Random = np.random.Generator
 
@@ -62,8 +63,8 @@ PLAY_SD_DEG = 6.0  # of the play's full width, before the drive: core/joint/hypo
 PULL_SD_M_S2, WIND_SD_M_S2 = BELIEVED["pull_sd_m_s2"], BELIEVED["wind_sd_m_s2"]
 CROWN_M_S2, CROWN_SD_M_S2 = BELIEVED["crown_m_s2"], BELIEVED["crown_sd_m_s2"]
 CROWN_SHARE_STOOD_ON = BELIEVED["standing_crown_share_1"]
-SET_UP_SHARE = 1 / 20  # of axles that are adjusted for the crown: core/joint/hypothesis_equations.c
-OTHER_SIDE_SHARE = 1 / 20  # of drives on roads that fall to the other side than in the prior: the same
+# Of axles that are adjusted for the crown, and of drives on roads that fall to the other side than in the prior.
+SET_UP_SHARE = OTHER_SIDE_SHARE = 1 / (2 + TUNED["hypothesis_equations.set_up_odds"])
 G_M_S2 = 9.80665
 PERCENT_PER_M_S2 = 100.0 / G_M_S2  # of a road's cross slope
 

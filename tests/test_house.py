@@ -164,12 +164,17 @@ def test_no_two_files_of_the_core_have_the_same_name_since_an_export_is_one_fold
     assert len(names) == len(set(names))
 
 
-GROUP = re.compile(r"/\* (Derived|Numerical|Tuned)(\.|; rows without a bench have none on record\.) \*/")
+GROUP = re.compile(r"/\* (Derived\.|Numerical\.|Tuned, in tuned\.toml: \w+) \*/")
+TUNED_BLOCK = re.compile(r"^/\* Tuned, in tuned\.toml: \w+ \*/$.*?^/\* end \*/\n\n", re.DOTALL | re.MULTILINE)
 
 
-@pytest.mark.parametrize("name", sorted(file.relative_to(ROOT).as_posix() for file in ROOT.glob("core/*/*.c")))
-def test_the_constants_of_a_file_say_whether_they_are_derived_numerical_or_tuned(name: str) -> None:
-    lines = text(name).splitlines()
+# Without the table of the joint model's terms.
+WITH_CONSTANTS = sorted(path for path in (ROOT / "core").rglob("*.c") if path.name != "joint_model.c")
+
+
+@pytest.mark.parametrize("path", WITH_CONSTANTS, ids=lambda path: path.name)
+def test_the_constants_of_a_file_say_whether_they_are_derived_numerical_or_tuned(path: Path) -> None:
+    lines = path.read_text(encoding="utf-8").splitlines()
     groups = [line for line in lines if line.startswith(("/* Derived", "/* Numerical", "/* Tuned"))]
     assert all(GROUP.fullmatch(line) for line in groups)
     assert len({line.split()[1].rstrip(".;") for line in groups}) == len(groups), "each group once"
@@ -178,6 +183,26 @@ def test_the_constants_of_a_file_say_whether_they_are_derived_numerical_or_tuned
     assert [lines[k] for k in constants if k < begin] == []
     functions = [k for k, line in enumerate(lines) if re.match(r"(static )?\w[\w *]*\(.*\{$", line) and k > begin]
     assert [lines[k] for k in constants if functions and k > functions[0]] == []
+
+
+@pytest.mark.parametrize("path", WITH_CONSTANTS, ids=lambda path: path.name)
+def test_c_types_no_tuned_constant_by_hand(path: Path) -> None:
+    by_hand = TUNED_BLOCK.sub("", path.read_text(encoding="utf-8"))
+    assert not re.search("tuned", by_hand, re.IGNORECASE), "a row of core/tuned.toml, then make written"
+
+
+def test_each_tuned_constant_has_its_effects_and_its_evidence() -> None:
+    rows = {
+        f"{stem}.{name}": row
+        for stem, group in tomllib.loads(text("core/tuned.toml")).items()
+        for name, row in group.items()
+    }
+    assert [
+        name for name, row in rows.items() for key in ("unit", "meaning", "small", "large", "source") if not row[key]
+    ] == []
+    like = {name: re.match(r"as (\w+(?:\.\w+)?)", row["source"]) for name, row in rows.items()}
+    others = {name: found[1] for name, found in like.items() if found}
+    assert [name for name, other in others.items() if not {other, f"{name.split('.')[0]}.{other}"} & set(rows)] == []
 
 
 def test_a_line_of_c_has_at_most_120_characters_as_one_of_python() -> None:

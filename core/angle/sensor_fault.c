@@ -7,47 +7,53 @@
 /* Derived. */
 static const float rad_in_deg = 0.017453292f; /* pi/180 */
 
-/* Tuned; rows without a bench have none on record. */
-static const float limit_deg = 10.0f, limit_sds = 5.5f; /* the limit is the larger of both */
-static const float within_share = 0.5f;     /* of the limit */
-static const float borderline = 0.8f;       /* of the limit; bench/angle.py: 180 h healthy, 40 drifting */
-static const float counted_max = 1.2f;      /* of the limit: with much free play the estimate lags by a second */
-static const float fault_s = 0.9f;          /* limits x s: 2.3 s far beyond the limit, 4.5 s at it; the same rows */
-static const float fault_after_step_s = 0.5f; /* the same after a step; bench/angle.py: jumped */
-static const float flank_deficit_deg = 10.0f; /* added on a rarely loaded flank; bench/angle.py: 400 drifting, 200 h */
-static const float fault_mean = 0.6f;       /* of the limit; as borderline: the play can mask a lasting difference */
-static const float mean_of_s = 20.0f;       /* as borderline */
-static const float suspended_max_s = 60.0f; /* then a change of the truck is likelier than a fault */
-static const float suspension_recovery = 0.05f; /* of the time: a rarely loaded flank must be learned */
-static const float limit_growth_step = 0.5f; /* of the limit, for each drift that ended: the truck has changed */
-static const float limit_growth_max = 2.0f;
-static const float stuck_min_s = 1.0f;
-static const float same_deg = 0.25f;        /* noise of a stuck sensor */
-static const float still_s = 10.0f;         /* maximum stillness of a driver at speed, in bends of a few deg */
-static const float still_sds = 3.0f, still_deg = 4.0f;
-static const float frozen_s = 30.0f;        /* the same anywhere */
-static const float recovered_s = 20.0f;
-static const float lost_s = 4.95f, back_s = 1.0f; /* 5 s, less the rounding of summed ticks */
-static const float driving_speed = 3.0f;          /* m/s: below, a sensor without signal is switched off */
-static const float judging_speed = 8.0f;          /* m/s */
-static const float step_deg = 8.0f, hand_rate_deg_s = 800.0f;
-static const float settled_s = 1.0f;        /* after a gap or a step; ignitions and drives with gaps, CHANGELOG.md */
-static const float paired_max_s = 2.0f, unpaired_factor = 10.0f; /* 0.1 s of a gap costs 1 s; 64 drives, CHANGELOG.md */
-static const float mean_s = 8.0f;           /* longer than bends */
-static const float noise_deg = 2.0f;        /* of both angles, in addition to the sd */
-static const float reversed_min = 20.0f;    /* log of the odds */
-static const float reversed_some = 5.0f;    /* the same, for a suspicion; 40 drives with kerbs, CHANGELOG.md */
-static const float reversed_rate = 8.0f;    /* 1/s, its maximum rate: a kerb's kick is no bend; the same drives */
-static const float kick_max_deg = 10.0f;    /* in the means, or the end of a kick looks like a bend; the same drives */
-static const float error_s = 1.0f;          /* correlation time of the estimate's error */
-static const double onset_s = 3.0;          /* maximum time from a step or stop to the last small difference */
-static const float offset_memory_s = 200.0f;
-static const float sd_memory_factor = 2.0f; /* bench/angle.py: 400 drifting, 200 h healthy */
-static const float drifting_mean = 0.2f;    /* mean, in limits, of a possible drift; the same rows */
-static const float drifting_factor = 4.0f;  /* by which the offset is then delayed more; the same rows */
-static const float replaced_s = 300.0f;     /* of a constant difference, until a faulty sensor counts as remounted */
-static const float steady_reset = 5.0f;     /* s of it that a second at another difference subtracts */
-static const float steady_memory_s = 600.0f; /* long, so that the mean lags a drift */
+/* Tuned, in tuned.toml: sensor_fault */
+static const float limit_deg = 10.0f; /* deg: minimum of the limit of the difference */
+static const float limit_sds = 5.5f; /* sd: the limit, in standard deviations of the estimate */
+static const float within_share = 0.5f; /* of the limit; below, the sensor is healthy again */
+static const float borderline = 0.8f; /* of the limit, beyond which a difference is summed */
+static const float counted_max = 1.2f; /* maximum in the sum, in limits */
+static const float fault_s = 0.9f; /* s: sum, in limits, that is a fault; 2.3 s far beyond the limit, 4.5 s at it */
+static const float fault_after_step_s = 0.5f; /* s: the same after a step that no driver makes */
+static const float flank_deficit_deg = 10.0f; /* deg: added on a rarely loaded flank; the play may be larger there */
+static const float fault_mean = 0.6f; /* mean difference that is a fault, in limits; the play can mask a lasting one */
+static const float mean_of_s = 20.0f; /* s: memory of that mean */
+static const float suspended_max_s = 60.0f; /* s: maximum time without learning by suspicion */
+static const float suspension_recovery = 0.05f; /* of the time within the limit */
+static const float limit_growth_step = 0.5f; /* growth of the limit for each drift that ended; the truck has changed */
+static const float limit_growth_max = 2.0f; /* maximum of this growth */
+static const float stuck_min_s = 1.0f; /* s: minimum duration of a constant value that misses a bend */
+static const float same_deg = 0.25f; /* deg: noise of a stuck sensor: smaller changes are none */
+static const float still_s = 10.0f; /* s: maximum stillness of a driver at speed, in bends of a few deg */
+static const float still_sds = 3.0f; /* sd: turn of the estimate that a still driver contradicts, in its sd */
+static const float still_deg = 4.0f; /* deg: minimum of that turn */
+static const float frozen_s = 30.0f; /* s: maximum stillness of a driver anywhere */
+static const float recovered_s = 20.0f; /* s: time well within the limit after which a fault ends */
+static const float lost_s = 4.95f; /* s: without signal above driving_speed; 5 s, less the rounding of summed ticks */
+static const float back_s = 1.0f; /* s: time with signal until a lost sensor is back */
+static const float driving_speed = 3.0f; /* m/s: minimum speed for a loss */
+static const float judging_speed = 8.0f; /* m/s: minimum speed for the comparison */
+static const float step_deg = 8.0f; /* deg: minimum change in a tick that is a step */
+static const float hand_rate_deg_s = 800.0f; /* deg/s: maximum steering rate of a driver */
+static const float settled_s = 1.0f; /* s: with both angles until their signs are compared; after a gap or a step */
+static const float paired_max_s = 2.0f; /* s: maximum of that time, so that 0.1 s of a gap restarts it */
+static const float unpaired_factor = 10.0f; /* time that a gap takes from it, over the gap's */
+static const float mean_s = 8.0f; /* s: memory of the means that signs are compared about; longer than bends */
+static const float noise_deg = 2.0f; /* deg: noise of both angles, in addition to the sd */
+static const float reversed_min = 20.0f; /* log of the odds that is a wrong sign */
+static const float reversed_some = 5.0f; /* log of the odds that is a suspicion: nothing is learned */
+static const float reversed_rate = 8.0f; /* 1/s: maximum rate of the log of the odds; a kerb's kick is no bend */
+static const float kick_max_deg = 10.0f; /* deg: maximum of a kick in the means, or its end looks like a bend */
+static const float error_s = 1.0f; /* s: correlation time of the estimate's error */
+static const double onset_s = 3.0; /* s: maximum time from a step or stop to the last small difference */
+static const float offset_memory_s = 200.0f; /* s: delay of the offset that the sensor is compared with */
+static const float sd_memory_factor = 2.0f; /* growth of the offset's sd is delayed this much more */
+static const float drifting_mean = 0.2f; /* mean difference of a possible drift, in limits */
+static const float drifting_factor = 4.0f; /* by which the offset is then delayed more */
+static const float replaced_s = 300.0f; /* s: constant difference until a faulty sensor counts as remounted */
+static const float steady_reset = 5.0f; /* seconds that a second at another difference subtracts from it */
+static const float steady_memory_s = 600.0f; /* s: memory of the constant difference */
+/* end */
 
 const char *oc_fault_name(oc_fault fault) {
     static const char *const names[OC_FAULT_COUNT] = {"none",     "lost",       "stuck",    "jumped",

@@ -2,13 +2,14 @@
 
 #include <math.h>
 
-/* Tuned; rows without a bench have none on record. */
-static const double slip_noise = 0.005;       /* rad, of side slip and steering, as a mean over slip_noise_s */
-static const double slip_noise_s = 1.0;
-/* Priors: misalignment of a receiver mounted by eye, rad; place near the centre of gravity, as a share of the
- * wheelbase; tyre slip by 2.3, rad/(m/s^2). */
+/* Tuned, in tuned.toml: side_slip */
+static const double slip_noise = 0.005; /* rad: noise of side slip and steering, as a mean over slip_noise_s */
+static const double slip_noise_s = 1.0; /* s: correlation time of that noise */
+/* rad, 1, rad/(m/s^2): misalignment of a receiver, its place over the wheelbase, tyre slip by 2.3 */
 static const double prior_mean[OC_SIDE_SLIP_TERMS] = {0.0, 0.5, 0.008};
+/* rad, 1, rad/(m/s^2): standard deviations of prior_mean */
 static const double prior_sd[OC_SIDE_SLIP_TERMS] = {0.02, 0.3, 0.005};
+/* end */
 
 static void terms_of(const oc_side_slip *tick, double *x) {
     x[0] = 1.0;

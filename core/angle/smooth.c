@@ -5,10 +5,11 @@
 /* Derived. */
 static const double sensor_fade_s = 1.0;      /* takeover_s of angle.c, with which the sensor's last angle fades */
 
-/* Tuned; rows without a bench have none on record. */
-static const double hand_acceleration = 0.35; /* rad/s^2 over sqrt(Hz), of drivers */
-static const double noise_s = 0.02;           /* sd^2 times this: white part of the estimate's error */
-static const double hand_rate_s = 0.1;        /* time constant of a measured angle's rate */
+/* Tuned, in tuned.toml: smooth */
+static const double hand_acceleration = 0.35; /* rad/s^2/sqrt(Hz): white angular acceleration of drivers */
+static const double noise_s = 0.02; /* s: sd^2 times this: white part of the estimate's error */
+static const double hand_rate_s = 0.1; /* s: time constant of a measured angle's rate */
+/* end */
 
 /* For white acceleration and white noise the steady-state Kalman smoother is a second-order Butterworth low-pass, run
  * forward and backward. */

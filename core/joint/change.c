@@ -4,18 +4,18 @@
 
 #include "bounds.h"
 
-/* Tuned; rows without a bench have none on record. */
-/* Sums are in units of the usual sd times seconds. */
-static const float slack = 0.75f;                  /* subtracted from each error */
-static const float suspicion_limit = 5.0f;
-static const float proof_limit = 10.0f;
-static const float sum_max = 20.0f;                /* so that the sum decays soon after a change */
-static const float error_max = 6.0f;               /* so that one outlier proves no change */
-static const float curvature_scale = 0.002f;       /* 1/m, from which on all bends have the same weight */
-static const float pause_after_change_s = 60.0f;   /* until the evidence has settled after a change */
-static const float proof_s = 40.0f;                /* a shorter disturbance is no change */
-static const float sd_min = 0.5f * 0.017453292f;   /* rad: effect of passing wind, drives of bench/trucks.py */
-static const float size_min = 0.8f * 0.017453292f; /* rad: smaller changes are left to forgetting */
+/* Tuned, in tuned.toml: change */
+static const float slack = 0.75f; /* subtracted from each error before it is summed */
+static const float suspicion_limit = 5.0f; /* sd s: sum above which nothing is learned */
+static const float proof_limit = 10.0f; /* sd s: sum above which a change is proved, after proof_s */
+static const float sum_max = 20.0f; /* sd s: maximum of a sum, so that it decays soon after a change */
+static const float error_max = 6.0f; /* sd: maximum of a second's error, so that one outlier proves no change */
+static const float curvature_scale = 0.002f; /* 1/m: curvature from which on all bends have the same weight */
+static const float pause_after_change_s = 60.0f; /* s: no change is suspected after one: the evidence settles */
+static const float proof_s = 40.0f; /* s: minimum duration; a shorter disturbance is no change */
+static const float sd_min = 0.5f * 0.017453292f; /* rad: minimum of the usual error: the effect of passing wind */
+static const float size_min = 0.8f * 0.017453292f; /* rad: minimum size of a change */
+/* end */
 
 static void accumulate(oc_cusum *sums, float error) {
     sums->up = oc_clamp_size(sums->up + error - slack, sum_max);

@@ -17,13 +17,14 @@ static const float half_windup_min = 0.02f * 0.017453292f; /* rad, the same */
 static const float half_width_max = 12.5f * 0.017453292f;  /* rad, against divergence; play is at most 15 deg */
 static const float weight_min = 1e-6f;                     /* s, against a division by zero */
 
-/* Tuned. */
-static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): bench/accuracy.py, row `population` */
-static const float front_slip = 0.7f * 0.017453292f;   /* rad of the wheels per m/s^2 of front tyre force;
-                                                        * bench/population.py */
-static const float road_max = 0.6f; /* m/s^2, from crown to opposite crown plus pull: bench/effects.py, row `play_15` */
-static const float prior_cost_max = 8.0f; /* roads may fall to the other side: rows `play_15`, `wrong_side` */
-static const float two_ends_share = 0.15f; /* variance over squared distance of two points: row `unloads_on_crown` */
+/* Tuned, in tuned.toml: hypothesis_equations */
+static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): minimum gradient of an interval */
+static const float front_slip = 0.7f * 0.017453292f; /* rad/(m/s^2): slip of the front wheels per front tyre force */
+static const float road_max = 0.6f; /* m/s^2: distance of a_0 from its prior that roads explain */
+static const float prior_cost_max = 8.0f; /* maximum cost for a_0's distance from its prior */
+static const float two_ends_share = 0.15f; /* variance of an interval between two offsets, over the squared distance */
+static const float set_up_odds = 18.0f; /* odds against an axle set up for the crown */
+/* end */
 
 /* Compiles only if the terms are in the order that is used here: the noise is removed from the factor's last rows,
  * the operators add to consecutive sums (play.c), and a narrower play scales those from creep to unloading. */
@@ -162,11 +163,10 @@ float oc_likelihood(float x) {
 /* Share of the offset of an axle set up for the crown that the interval includes, 0 to 1: by Bayes over three normals
  * about m, m + c and m + 2 c (docs/method.md, "An axle set up for the crown"). `deviation` is a_0 - m. */
 static float crown_setup_share(float deviation, float crown, float variance) {
-    static const float odds_against = 18.0f; /* 1 axle in 20 is set up so, 1 road in 20 falls the other way */
     static const float probability_low = 0.025f, probability_high = 0.075f; /* one tail of 95 %, and three */
     const float per = crown / variance;
     const float other_side = oc_likelihood(oc_max(per * (crown - deviation), -8.0f)); /* likelihood ratio */
-    const float likely = 1.0f / (1.0f + oc_likelihood(0.5f * per * crown) * (odds_against / other_side + other_side));
+    const float likely = 1.0f / (1.0f + oc_likelihood(0.5f * per * crown) * (set_up_odds / other_side + other_side));
     return oc_clamp((likely - probability_low) / (probability_high - probability_low), 0.0f, 1.0f);
 }
 

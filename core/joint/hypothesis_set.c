@@ -7,6 +7,14 @@
 /* Derived. */
 static const float one_degree = 0.017453292f; /* rad, pi/180 */
 
+/* Tuned, in tuned.toml: hypothesis_set */
+static const float same_place = 0.1f * 0.017453292f; /* rad: maximum difference of B/2, W/2 and o of like hypotheses */
+static const float counterpart_place = 0.5f * 0.017453292f; /* rad: the same of B/2 to a counterpart */
+static const float drift_cost = 3.0f; /* initial cost of a drifting zero: odds of 1 to 20 */
+static const float single_until_s = 300.0f; /* s: used driving until two redundant hypotheses are removed at a time */
+static const float frequent_until_s = 600.0f; /* s: used driving until new hypotheses begin half as often, each 80 s */
+/* end */
+
 /* Half the width of a start with a given play: its mean, and one standard deviation less and more. */
 static float given_half_width(int32_t k, const oc_known_truck *known) {
     return oc_max(0.5f * (known->play + (float)(k - 1) / known->play_accuracy), 0.25f * one_degree);
@@ -58,9 +66,9 @@ static int32_t best_of(const oc_joint *joint) {
 
 /* Whether both have converged to the same parameters. */
 static bool are_alike(const oc_hypothesis *a, const oc_hypothesis *b) {
-    static const float near = 0.1f * 0.017453292f; /* rad, tuned: no bench on record */
-    return fabsf(a->play.half_width - b->play.half_width) < near && fabsf(a->play.windup - b->play.windup) < near &&
-           fabsf(a->offset - b->offset) < near && (a->play.friction < 0.0f) == (b->play.friction < 0.0f) &&
+    return fabsf(a->play.half_width - b->play.half_width) < same_place &&
+           fabsf(a->play.windup - b->play.windup) < same_place && fabsf(a->offset - b->offset) < same_place &&
+           (a->play.friction < 0.0f) == (b->play.friction < 0.0f) &&
            a->wanders == b->wanders;
 }
 
@@ -105,12 +113,11 @@ static float flank_time_before(float loaded_s) {
 /* Whether a hypothesis like the best, not yet rejected, makes the opposite assumption: the accelerometer's zero is a
  * random walk, or constant. */
 static bool has_counterpart(const oc_joint *joint) {
-    static const float alike = 0.5f * 0.017453292f; /* rad of half a width, tuned: bench/effects.py, row `play_12` */
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (h->wanders != best->wanders && h->cost < best->cost + (float)OC_JOINT_REJECT_COST &&
-            fabsf(h->play.half_width - best->play.half_width) < alike) {
+            fabsf(h->play.half_width - best->play.half_width) < counterpart_place) {
             return true;
         }
     }
@@ -119,7 +126,6 @@ static bool has_counterpart(const oc_joint *joint) {
 
 /* Starts a copy of the best hypothesis with the opposite assumption about the accelerometer's zero. */
 static void start_counterpart(oc_joint *joint) {
-    static const float unlikely = 3.0f; /* cost: odds of 1 to 20, tuned: bench/effects.py, rows `none`, `relearning` */
     if (joint->count == OC_JOINT_HYPOTHESES || has_counterpart(joint)) {
         return;
     }
@@ -127,14 +133,12 @@ static void start_counterpart(oc_joint *joint) {
     ++joint->count;
     *h = joint->hypotheses[joint->best];
     h->wanders = !h->wanders;
-    h->cost += h->wanders ? unlikely : 0.0f;
+    h->cost += h->wanders ? drift_cost : 0.0f;
 }
 
 /* Starts a new hypothesis at intervals, later half as often, since all early ones may have converged to a wrong play.
  * Removes one redundant hypothesis each time, later two. */
 static void replace_redundant(oc_joint *joint, const oc_known_truck *known) {
-    static const float single_until_s = 300.0f;   /* tuned: no bench on record */
-    static const float frequent_until_s = 600.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
     const bool later = joint->second.used_s > single_until_s;
     const bool begins = joint->second.used_s < frequent_until_s || joint->second.long_blocks % 2 == 0;
     const int32_t replaced = redundant(joint);

@@ -14,25 +14,24 @@ static const float initial_error = 0.017453292f; /* rad, unit of costs before th
 static const double two_turns_hz = 50.0; /* minimum rate at which a round of two ticks a hypothesis ends in a second */
 static const float correction_min = 3.5e-5f;     /* rad/s; a smaller one moves the offset by less than 0.01 deg */
 
-/* Tuned; rows without a bench have none on record. */
-/* Rows are those of bench/accuracy.py --tuning. */
-static const double sample_s = 0.1;           /* s */
-static const double bank_filter_s = 0.3;      /* s, `motorway`, `cross_wind`, `population`: 1 s lags in bends */
-static const double wandering_memory_s = 200.0; /* of the mean bank, where the accelerometer's zero is a random walk */
-static const float settled_age_s = 300.0f;    /* `self_correction`: a younger hypothesis has errors of its own */
-static const float place_settling_s = 20.0f;  /* after a reset of the place in the play, which causes errors */
-static const float rare_flank_s = 60.0f;      /* s on a flank until an error there may be a change: `play_12` */
-static const float flank_margin = 0.02f;      /* m/s^2 beyond friction, from which a flank is loaded */
-static const float prior_discount_max = 25.0f; /* `wrong_side`: inflates the prior's sd at most fivefold, so that
-                                                * a wrong prior is left again; 1 without accelerometer */
-static const float trailer_m = 7.0f;          /* from the hitch to the axles' middle, of most semitrailers */
-static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: bench/effects.py, row `fifth_wheel` */
-static const float tag_axle_shortening = 0.15f; /* share of the wheelbase at which the tag axle is up: `lift_axle` */
-static const float tag_axle_fade = 0.10f;     /* share over which c fades; up to 5 % is a vehicle file's error */
-static const float tyre_share_in_bends = 0.7f; /* `no_accelerometer_motorway`: roads are banked in bends */
-static const float bend_error = 0.002f;       /* 1/rad, times the squared angle of a bend: 1 deg at 24 m, since the
-                                               * ratio is not constant: bench/effects.py, `minor_physics_yard` */
-static const float unmeasured_bank = 0.2f;    /* m/s^2, by which an unmeasured bank may reduce the lateral force */
+/* Tuned, in tuned.toml: joint */
+static const double sample_s = 0.1; /* s: length of a sample; ten are a second */
+static const double bank_filter_s = 0.3; /* s: time constant of a_y - r v */
+static const double wandering_memory_s = 200.0; /* s: memory of the mean bank if the zero is a random walk */
+static const float settled_age_s = 300.0f; /* s: minimum evidence for the check for changes */
+static const float place_settling_s = 20.0f; /* s: no change is suspected after a reset of the place */
+static const float rare_flank_s = 60.0f; /* s: load on a flank until an error there may be a change */
+static const float flank_margin = 0.02f; /* m/s^2: beyond friction and a_0's sd, from which a flank is loaded */
+static const float prior_discount_max = 25.0f; /* maximum reduction of the weight of a_0's prior */
+static const float trailer_m = 7.0f; /* m: from the hitch to the axles' middle, of most semitrailers */
+static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: articulation until its friction is full */
+static const float tag_axle_shortening = 0.15f; /* share of the wheelbase at which the tag axle is up */
+static const float tag_axle_fade = 0.1f; /* share over which c fades; up to 5 % is a vehicle file's error */
+static const float tyre_share_in_bends = 0.7f; /* share of r v on the tyres without an accelerometer */
+static const float bend_error = 0.002f; /* 1/rad: error over the squared angle of a bend, 1 deg at 24 m */
+static const float unmeasured_bank = 0.2f; /* m/s^2: by which an unmeasured bank may reduce the lateral force */
+static const float solve_all_until_s = 120.0f; /* s: used driving until the hypotheses solve every few seconds only */
+/* end */
 
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
                     double ratio_times_wheelbase, float pull_sd, bool measures_bank, double memory_s) {
@@ -319,7 +318,6 @@ static void note_min_error(const oc_joint *joint, oc_joint_tracking *tracking, c
 /* After the first minutes one second changes little. Then each hypothesis solves every few seconds, one on probation
  * twice as often. */
 static bool is_due(const oc_joint *joint, int32_t k) {
-    static const float solve_all_until_s = 120.0f; /* CHANGELOG.md: same errors on 2,280 tuning drives */
     const bool on_probation = oc_hypothesis_is_on_probation(&joint->hypotheses[k], &joint->second);
     const int32_t every = on_probation ? OC_JOINT_SECONDS_PER_SOLVING / 2 : OC_JOINT_SECONDS_PER_SOLVING;
     return joint->second.used_s < solve_all_until_s || (joint->in_long_block + k) % every == 0;

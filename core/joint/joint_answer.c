@@ -5,21 +5,20 @@
 #include "bounds.h"
 #include "joint_model.h"
 
-/* Tuned. */
-/* Rows are those of bench/accuracy.py --tuning; CHANGELOG.md has the drives. */
-static const float flank_s = 2.0f;         /* s of load until a flank counts as loaded: `cross_wind`, `motorway` */
-static const float no_play_share = 0.1f;   /* of this time that counts without play: 131 drives of another simulator */
-static const float width_variance_min = 0.3f; /* of the width's prior variance, with one flank loaded: `population` */
-static const float missing_flank_cost = 16.0f; /* for a flank not loaded since the hypothesis began: 3,550 drives */
-static const float width_error = 0.2f * 0.017453292f; /* rad, sd by the yaw rate's lag: bench/two_parts.py, row
-                                                       * `ordinary`; by snow: bench/effects.py, `slippery_patches` */
-static const float rolling_share = 0.07f;  /* sd of K over K: body roll adds to the accelerometer's reading,
-                                            * bench/effects.py, row `trailer` */
-static const float implausible_cost = 2.5f, flank_sure_s = 60.0f; /* bench/effects.py, rows `play_15`, `load_change` */
-static const float offset_error = 0.04f * 0.017453292f;           /* rad, sd by model mismatch: bench/two_parts.py, row
-                                                         * `ordinary` */
-static const float unloading_error = 0.006f; /* m/s^2, sd by compliance of the steering: `ordinary` */
-static const float gradient_share_sd = 0.7f; /* sd of K over K, without an accelerometer: `no_accelerometer_motorway` */
+/* Tuned, in tuned.toml: joint_answer */
+static const float flank_s = 2.0f; /* s: load until a flank counts as loaded */
+static const float no_play_share = 0.1f; /* of this time that counts for a hypothesis without play */
+static const float width_variance_min = 0.3f; /* share of the width's prior variance with one flank loaded */
+static const float missing_flank_cost = 16.0f; /* cost of a hypothesis for a flank not loaded since it began */
+static const float width_error = 0.2f * 0.017453292f; /* rad: sd of the play by the yaw rate's lag; also by snow */
+static const float rolling_share = 0.07f; /* sd of K over K: body roll adds to the accelerometer's reading */
+static const float implausible_cost = 2.5f; /* cost of a_0's distance above which a flank must be sure */
+static const float flank_sure_s = 60.0f; /* s: load on each flank that is sure */
+static const float offset_error = 0.04f * 0.017453292f; /* rad: sd of the offset by model mismatch */
+static const float unloading_error = 0.006f; /* m/s^2: sd of a_0 by compliance of the steering */
+static const float gradient_share_sd = 0.7f; /* sd of K over K without an accelerometer */
+static const float moment_s = 1.0f; /* s: load on a flank after which a found play needs no more */
+/* end */
 
 double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) {
     const float half_width = joint->hypotheses[joint->best].play.half_width;
@@ -27,7 +26,6 @@ double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) 
 }
 
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side) {
-    static const float moment_s = 1.0f; /* tuned: no bench on record */
     const float loaded = side > 0 ? joint->loaded_left_s : joint->loaded_right_s;
     const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > oc_joint_model_get()->little_play;
     const bool found = wide && design->bank_unmeasured <= 0.0f && loaded > moment_s;

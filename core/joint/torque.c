@@ -10,21 +10,22 @@ static const float friction_slip = 1.0f * 0.017453292f; /* rad of the wheel, unt
 /* Numerical. */
 static const float error_max_share = 0.5f; /* m/s^2, of a second: above it the cause is not the column */
 
-/* Tuned. */
-/* In m/s^2: N m are over the prior slope, 2 N m per m/s^2, so that any force in the steering can be used. Rows are
- * those of bench/torque.py. */
-static const float slope_sd = 0.5f;            /* of g, in its prior's units */
-static const float constant_sd = 0.5f;         /* T_1: an accelerometer's zero, `accelerometer_bias_sd_m_s2` */
-static const float friction = 0.15f, friction_sd = 0.1f; /* f: 0.3 and 0.2 N m */
-static const float second_sd = 0.15f;          /* of a second's mean: king pins, gaps; correlated */
-static const float torque_memory_s = 600.0f;
-static const float zero_memory_s = 120.0f;     /* rows `accelerometer_drift`, `relearning`: 30 s is noisy, 300 s lags */
-static const float bank_memory_s = 1.0f;       /* row `torque_no_accelerometer`: 3 s lags in crowned bends */
-static const float slow_road = 20.0f; /* m/s: faster roads are banked in bends, where r v is not the lateral force */
-static const float slow_sd = 0.03f;            /* m/s^2, of the slow part, by the column's friction */
-static const float bank_sd = 0.025f, unknown_bank_sd = 0.2f; /* m/s^2: `torque_no_accelerometer`, and on a motorway */
-static const float slope_known = 0.05f;        /* sd of g, in its prior's units, below which the slope is identified */
-static const float trusted_share = 0.2f;       /* of the prior slope */
+/* Tuned, in tuned.toml: torque */
+static const float slope_sd = 0.5f; /* sd of the slope g, over its prior */
+static const float constant_sd = 0.5f; /* m/s^2: sd of the constant T_1: an accelerometer's zero */
+static const float friction = 0.15f; /* m/s^2: prior of the column's friction f, 0.3 N m */
+static const float friction_sd = 0.1f; /* m/s^2: its sd, 0.2 N m */
+static const float second_sd = 0.15f; /* m/s^2: error of a second's mean: king pins, gaps; correlated */
+static const float torque_memory_s = 600.0f; /* s: memory of the terms */
+static const float zero_memory_s = 120.0f; /* s: memory of the slow part, with an accelerometer */
+static const float bank_memory_s = 1.0f; /* s: the same without an accelerometer */
+static const float slow_road = 20.0f; /* m/s: maximum speed of learning without an accelerometer */
+static const float slow_sd = 0.03f; /* m/s^2: sd of the slow part, by the column's friction */
+static const float bank_sd = 0.025f; /* m/s^2: sd of the bank that a torque leaves open */
+static const float unknown_bank_sd = 0.2f; /* m/s^2: the same while the slope is not identified, as on a motorway */
+static const float slope_known = 0.05f; /* sd of g, over its prior, below which the slope is identified */
+static const float trusted_share = 0.2f; /* minimum of g over its prior; below, the torque is not used */
+/* end */
 
 void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, double rate_hz, double speed_min,
                      bool has_accelerometer) {

@@ -2,6 +2,11 @@
 
 #include <math.h>
 
+/* Tuned, in tuned.toml: joint_method */
+static const float zero_walk_sd = 0.3f; /* m/s^2: sd of a drifting zero since the standstill */
+static const float crown_share_sd = 0.35f; /* sd of standing_crown_share_1, which is between yards and roads */
+/* end */
+
 /* Accelerometer bias and mean crown of the roads, m/s^2. */
 typedef struct {
     float bias, crown;
@@ -51,8 +56,6 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     const oc_estimate standing =
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
     if (standing.status == OC_VALID && p->use_accelerometer) {
-        static const float zero_walk_sd = 0.3f; /* m/s^2, since the standstill, tuned: bench/effects.py */
-        static const float crown_share_sd = 0.35f; /* standing_crown_share_1 is between yards and roads */
         const float slope_sd = (float)p->standing_slope_sd_m_s2, by_share = crown_share_sd * crown_size;
         const float stops = evidence->standstill.stops > 1 ? (float)evidence->standstill.stops : 1.0f;
         const float since = oc_joint_wanders(&evidence->joint) ? zero_walk_sd * zero_walk_sd : 0.0f;

@@ -4,13 +4,15 @@
 #include "joint_model.h"
 #include "methods.h"
 
-/* Tuned; rows without a bench have none on record. */
-static const float play_min = 0.5f * 0.017453292f; /* rad, from which on two flanks are observable */
-static const float recent_share = 1.0f / 80.0f;    /* weight of a second in the recent offset: row `motorway` */
+/* Tuned, in tuned.toml: joint_verdict */
+static const float play_min = 0.5f * 0.017453292f; /* rad: play from which on two flanks, and so a_0, are observable */
+static const float recent_share = 0.0125f; /* 1/s: weight of a second in the recent offset: 80 s */
+static const float of_movement = 1.25f; /* sd of a moving offset over its recent movement */
+static const float wheelbase_observable = 0.02f; /* maximum sd of an identified wheelbase, as a share */
+/* end */
 
 /* rad, sd that decides the offset's status: the drive's part, or more where the offset is still moving. */
 static float offset_status_sd(const oc_joint_answer *found, float moved) {
-    static const float of_movement = 1.25f; /* tuned: bench/accuracy.py, rows `lift_axle`, `kicks` */
     return oc_max(of_movement * fabsf(moved), found->parts.drive_sd);
 }
 
@@ -61,10 +63,9 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     const bool plays = found.of[OC_OF_WIDTH].value - 1.96f * found.of[OC_OF_WIDTH].sd > play_min;
     learned->unloading_acceleration =
         estimate_from(found.of[OC_OF_UNLOADING], found.used, plays ? play : OC_UNOBSERVABLE);
-    static const float observable = 0.02f; /* share of the wheelbase, well below the prior's 0.05 */
     const float wheelbase = (float)c->vehicle.wheelbase;
     const oc_found longer = found.of[OC_OF_WHEELBASE];
     const oc_found metres = {wheelbase + wheelbase * longer.value, wheelbase * longer.sd};
     learned->equivalent_wheelbase = estimate_from(
-        metres, found.used, !enough ? OC_CONVERGING : longer.sd < observable ? OC_VALID : OC_UNOBSERVABLE);
+        metres, found.used, !enough ? OC_CONVERGING : longer.sd < wheelbase_observable ? OC_VALID : OC_UNOBSERVABLE);
 }

@@ -11,11 +11,10 @@ static const float play_sd_min = 1e-3f;      /* rad */
 static const float gradient_sd_min = 1e-4f;  /* rad/(m/s^2) */
 static const float wheelbase_sd_min = 1e-3f; /* share */
 
-/* Tuned; rows without a bench have none on record. */
-static const double new_clock_s = 1.0; /* s of ticks in order until a clock counts as set back */
-/* s, lag of the yaw rate behind the wheel: 0.1 s by yaw inertia and tyres, less the lead of the lateral force before
- * a_y. By all rows of bench/accuracy.py --tuning (CHANGELOG.md). */
-static const double yaw_lag_s = 0.04;
+/* Tuned, in tuned.toml: setup */
+static const double new_clock_s = 1.0; /* s: ticks in order until a clock counts as set back */
+static const double yaw_lag_s = 0.04; /* s: lag of the yaw rate behind the wheel */
+/* end */
 
 static bool is_between(double value, float low, float high) {
     const float rounded = (float)value;

@@ -2,13 +2,14 @@
 
 #include <math.h>
 
-/* Tuned; rows without a bench have none on record. */
-static const float flank_s_min = 8.0f;          /* below, the offset may include half the play */
-static const float flank_share_min = 0.05f;     /* of both flanks' time; bench/angle.py: 400 drifting, 200 h healthy */
-static const float unloaded_half_play_sd = 0.07f; /* rad, 4 deg: of half a play of up to 15 deg */
-static const float judge_after_s = 400.0f;      /* of comparison, until the learned truck is accurate enough */
-static const float unmeasured_bank_sd = 0.2f;   /* m/s^2, without an accelerometer */
-static const double gap_s_min = 0.3;            /* a gap after which the observer restarts */
+/* Tuned, in tuned.toml: without_sensor */
+static const float flank_s_min = 8.0f; /* s: load of a flank below which the offset may include half the play */
+static const float flank_share_min = 0.05f; /* share of both flanks' load below which the limit is wider */
+static const float unloaded_half_play_sd = 0.07f; /* rad: sd of half a play of up to 15 deg; 4 deg */
+static const float judge_after_s = 400.0f; /* s: comparison until the learned truck is accurate enough */
+static const float unmeasured_bank_sd = 0.2f; /* m/s^2: sd of the lateral force without an accelerometer */
+static const double gap_s_min = 0.3; /* s: a gap after which the observer restarts */
+/* end */
 
 static bool is_identified(const oc_learned *learned) {
     const oc_status status = learned->offset.status;

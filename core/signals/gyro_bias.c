@@ -11,25 +11,27 @@ static const double alarm_drift = 1.5e-4;               /* rad/s^2: 0.5 deg/s/mi
 /* Numerical. */
 static const double prediction_s_max = 3600.0; /* against unbounded variances after a long gap */
 
-/* Tuned; rows without a bench have none on record. */
-static const double block_s = 1.0;             /* bench/gyro_bias.py, seeds 1 to 12: the filter as a whole */
-static const double track_default = 1.9;       /* m, where the vehicle file has none */
-static const double track_default_sd = 0.1;    /* m */
-static const double signal_lost_s = 60.0;      /* until r*v plus the mean bank replaces the lateral acceleration */
-static const double standstill_floor = 3.5e-4; /* rad/s, 0.02 deg/s: Genesis drives in docs/method.md */
-static const double correlated_ticks = 10.0;   /* successive ticks that count as one */
-static const double standstill_blocks_max = 10.0; /* the k-th block has the weight 1/k, up to this k */
-static const double standstill_spread_max = 0.01; /* rad/s; above it the truck rolls or shakes */
-static const double rolling_speed = 0.3;       /* m/s, of a rear wheel: above it the truck does not stand */
-static const double model_share = 0.02;        /* of the turn, in addition */
-static const double outlier = 3.0;             /* standard deviations: above it a block has less weight */
-static const float cusum_slack = 0.5f, cusum_limit = 8.0f; /* standard deviations */
-static const double cusum_clip = 4.0;          /* standard deviations */
-static const double alarm_bias = 3.5e-3;       /* rad/s, 0.2 deg/s: sd that an alarm adds to the bias */
-static const double alarm_mismatch = 5e-4;     /* sd that an alarm adds to the mismatch of the radii */
-static const double alarm_radii_share = 0.1;   /* of bias and drift: a tyre loses 0.5 % in 10 min, CHANGELOG.md */
-static const double alarm_variance_factor = 1.5; /* of the variance before the alarm */
-static const double alarm_s_min = 15.0;
+/* Tuned, in tuned.toml: gyro_bias */
+static const double block_s = 1.0; /* s: length of a block of the filter */
+static const double track_default = 1.9; /* m: track width where the vehicle file has none */
+static const double track_default_sd = 0.1; /* sd of that width, as a share */
+static const double signal_lost_s = 60.0; /* s: without lateral acceleration until r v plus the mean bank replaces it */
+static const double standstill_floor = 0.00035; /* rad/s: error of a standstill's mean, 0.02 deg/s */
+static const double correlated_ticks = 10.0; /* successive ticks of a standstill that count as one */
+static const double standstill_blocks_max = 10.0; /* the k-th block of a standstill has the weight 1/k, up to this k */
+static const double standstill_spread_max = 0.01; /* rad/s: maximum spread of a block */
+static const double rolling_speed = 0.3; /* m/s: speed of a rear wheel above which the truck does not stand */
+static const double model_share = 0.02; /* sd of a block's reading, as a share of the turn */
+static const double outlier = 3.0; /* sd: innovation above which a block has less weight */
+static const float cusum_slack = 0.5f; /* sd: subtracted from each block's innovation before it is summed */
+static const float cusum_limit = 8.0f; /* sd: sum that raises an alarm */
+static const double cusum_clip = 4.0; /* sd: maximum of an innovation in the sum */
+static const double alarm_bias = 0.0035; /* rad/s: sd that an alarm adds to the bias, 0.2 deg/s */
+static const double alarm_mismatch = 0.0005; /* sd that an alarm adds to the mismatch of the radii */
+static const double alarm_radii_share = 0.1; /* of bias and drift, where the radii changed */
+static const double alarm_variance_factor = 1.5; /* variance at which an alarm ends, over the one before it */
+static const double alarm_s_min = 15.0; /* s: minimum length of an alarm */
+/* end */
 
 bool oc_gyro_bias_alarmed(const oc_gyro_bias *state) {
     return state->alarm_blocks > 0.0;

@@ -5,19 +5,21 @@
 /* Numerical. */
 static const double noise_min = 1e-12;         /* (rad/s)^2, against signals without noise, whose limit would stay 0 */
 
-/* Tuned; rows without a bench have none on record. */
-static const double wheel_speed_min = 3.0;     /* m/s; pole wheels miss pulses below */
-static const double slip_share = 0.05;         /* of the speed: a larger speed difference is slip, not radius */
-static const double slip_speed = 0.15;         /* m/s in addition: 3 deg/s of bias, and noise */
-static const double slip_turn = 0.2;           /* of the turn's own speed difference, in addition */
-static const double noise_initial = 0.0017;    /* rad/s of a block, 0.1 deg/s */
-static const double noise_blocks = 60.0;       /* memory */
-static const double noise_outlier = 3.0;       /* standard deviations; larger differences are limited to it */
-static const double model_noise = 2e-4;        /* rad/s of a block: tyres on an uneven road */
-static const double lag_share = 0.05;          /* of a block: 0.05 s between gyro and wheels, of 1 s */
-static const double correlated_blocks = 6.0;   /* over which a rounding error of the wheel speeds persists */
-static const double straights_curvature = 0.001; /* 1/m: not identifiable on straights: bench/accuracy.py, `motorway` */
-static const double straights_blocks = 200.0;  /* memory of the mean bank: bench/effects.py, `accelerometer_drift` */
+/* Tuned, in tuned.toml: gyro_reading */
+static const double wheel_speed_min = 3.0; /* m/s: minimum speed of an axle; pole wheels miss pulses below */
+static const double slip_share = 0.05; /* speed difference beyond the turn's that is slip, as a share of the speed */
+static const double slip_speed = 0.15; /* m/s: the same, in addition: 3 deg/s of bias, and noise */
+static const double slip_turn = 0.2; /* the same, in addition, as a share of the turn's speed difference */
+static const double noise_initial = 0.0017; /* rad/s: initial noise of a block, 0.1 deg/s */
+static const double noise_blocks = 60.0; /* memory of that noise, in blocks */
+static const double noise_outlier = 3.0; /* sd: limit of a difference of blocks in that noise */
+static const double model_noise = 0.0002; /* rad/s: sd of a block that no difference shows: tyres on an uneven road */
+static const double lag_share = 0.05; /* lag between gyro and wheel speeds, as a share of a block of 1 s */
+static const double correlated_blocks = 6.0; /* blocks over which a rounding error of the wheel speeds persists */
+/* 1/m: a block at it has the weight of the prior of the bank's slope */
+static const double straights_curvature = 0.001;
+static const double straights_blocks = 200.0; /* memory of the straights' mean bank, in blocks */
+/* end */
 
 static double square(double value) {
     return value * value;

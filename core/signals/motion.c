@@ -2,9 +2,9 @@
 
 #include <math.h>
 
-/* Tuned. */
-static const double bank_difference_max = 1.2; /* m/s^2 between two minutes' means: exceeds 6 % of superelevation both
-                                                * ways; bench/effects.py, row `accelerometer_drift_thesis` */
+/* Tuned, in tuned.toml: motion */
+static const double bank_difference_max = 1.2; /* m/s^2: of two minutes' mean banks */
+/* end */
 
 void oc_pending_drop(oc_pending *pending) {
     if (pending->ticks == 0 && pending->count == 0) {

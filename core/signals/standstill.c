@@ -2,10 +2,11 @@
 
 #include <math.h>
 
-/* Tuned; rows without a bench have none on record. */
-static const double yaw_rate_floor = 3.5e-4;             /* rad/s, 0.02 deg/s: Genesis drives in docs/method.md */
-static const double lateral_acceleration_floor = 0.01;   /* m/s^2: quantisation, and change before driving on */
-static const double correlated_readings = 10.0;          /* successive ticks that count as one */
+/* Tuned, in tuned.toml: standstill */
+static const double yaw_rate_floor = 0.00035; /* rad/s: error of a standstill's mean, 0.02 deg/s */
+static const double lateral_acceleration_floor = 0.01; /* m/s^2: the same; quantisation, and change before driving on */
+static const double correlated_readings = 10.0; /* successive ticks that count as one */
+/* end */
 
 void oc_still_mean_add(oc_still_mean *still, double reading) {
     still->weight += 1.0;

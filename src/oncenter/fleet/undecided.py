@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from oncenter.fleet.offset_now import Offset
+from oncenter.tuned import TUNED
 
 RECALIBRATE, WITHIN, UNDECIDED, REPAIR, NO_OFFSET = "recalibrate", "within", "undecided", "repair", "no_offset"
 STATE_WORDS = {
@@ -20,7 +21,6 @@ STATE_WORDS = {
     WITHIN: "within the limit",
     NO_OFFSET: "no offset yet",
 }
-_FLANK_S = 2.0  # of lateral force to a side, after which that flank of the play counts as loaded: joint_answer.c
 
 
 def standing(value: float, sd: float, limit: float) -> str:
@@ -54,5 +54,5 @@ def would_decide(offset: Offset, driven: Driven) -> str:
         if offset.load_would_help:
             return "a drive at another load"
         return "drives on other roads, or a measured pull (pull_m_s2 in the vehicle file)"
-    lacking = [side for side in ("left", "right") if getattr(driven, f"{side}_s") < _FLANK_S]
+    lacking = [side for side in ("left", "right") if getattr(driven, f"{side}_s") < TUNED["joint_answer.flank_s"]]
     return f"another drive with bends {f'to the {lacking[0]}' if len(lacking) == 1 else 'both ways'}"

@@ -24,6 +24,7 @@ from oncenter.read import refuse_unreadable
 from oncenter.read.here import read_here
 from oncenter.read.identity import start_of, vin_of
 from oncenter.signals import DEGREE, Signals
+from oncenter.tuned import TUNED
 from oncenter.vehicle import Vehicle
 
 _EPOCH_S = 1e8  # later times are absolute, since 1970; earlier ones are relative to the start of the log
@@ -126,9 +127,9 @@ _UNITS: Mapping[str, str] = {
 
 
 # The axle may be set up for the crown, with another offset. The interval leans toward that offset by half the distance
-# and has 0.15 times the squared distance more variance (joint_answer.c). The set-up is the same in all drives of a
-# truck, so this variance is taken out of each drive.
-_OF_LEAN = 0.15 / 0.5**2
+# and has a share of the squared distance more variance. The set-up is the same in all drives of a truck, so this
+# variance is taken out of each drive.
+_OF_LEAN = TUNED["hypothesis_equations.two_ends_share"] / 0.5**2
 
 
 def _columns(name: str, unit: str, estimate: Estimate) -> dict[str, Any]:

@@ -168,11 +168,10 @@ GROUP = re.compile(r"/\* (Derived\.|Numerical\.|Tuned, in tuned\.toml: \w+) \*/"
 TUNED_BLOCK = re.compile(r"^/\* Tuned, in tuned\.toml: \w+ \*/$.*?^/\* end \*/\n\n", re.DOTALL | re.MULTILINE)
 
 
-# Without the table of the joint model's terms.
-WITH_CONSTANTS = sorted(path for path in (ROOT / "core").rglob("*.c") if path.name != "joint_model.c")
+C_FILES = sorted((ROOT / "core").rglob("*.c"))
 
 
-@pytest.mark.parametrize("path", WITH_CONSTANTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", C_FILES, ids=lambda path: path.name)
 def test_the_constants_of_a_file_say_whether_they_are_derived_numerical_or_tuned(path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
     groups = [line for line in lines if line.startswith(("/* Derived", "/* Numerical", "/* Tuned"))]
@@ -185,7 +184,7 @@ def test_the_constants_of_a_file_say_whether_they_are_derived_numerical_or_tuned
     assert [lines[k] for k in constants if functions and k > functions[0]] == []
 
 
-@pytest.mark.parametrize("path", WITH_CONSTANTS, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", C_FILES, ids=lambda path: path.name)
 def test_c_types_no_tuned_constant_by_hand(path: Path) -> None:
     by_hand = TUNED_BLOCK.sub("", path.read_text(encoding="utf-8"))
     assert not re.search("tuned", by_hand, re.IGNORECASE), "a row of core/tuned.toml, then make written"

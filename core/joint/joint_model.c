@@ -1,7 +1,6 @@
 #include "joint_model.h"
 
-/* Tuned. */
-/* Sources of the priors: terms.toml. 1 deg is the constant 0.017453292 rad, so that all machines have the same bits. */
+/* 1 deg is the constant 0.017453292 rad, so that all machines have the same bits. */
 static const oc_joint_model model = {
     .terms = {
         /* terms.toml: priors */

@@ -199,7 +199,7 @@ build/wheels/ready: wheels/requirements.txt | packages
 	@said=$$(build/wheels/bin/python $(PIP) -r wheels/requirements.txt) $(OR_SAY_WHY)
 	@touch $@
 
-bench: .venv/dev ## speed, side by side with scipy, numba and python-can
+bench: .venv/dev ## speed of the core, and of logs side by side with python-can
 	$(BIN)/python bench/speed.py --readme
 	$(BIN)/python bench/speed_page.py --page
 

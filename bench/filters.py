@@ -15,7 +15,6 @@ from rivals import MINUTE_TICKS, Known
 from rivals.autoware import autoware
 from rivals.in_cpp import compiled, compiler
 from rivals.openpilot import openpilot
-from speed import contenders
 from turns import best_of
 
 import oncenter as oc
@@ -45,11 +44,6 @@ def filters_table(ticks: int, rounds: int) -> list[Row]:
         ("Autoware", "numba"): lambda: float(autoware(columns, known).value_rad[-1]),
         ("openpilot", "numba"): lambda: float(openpilot(columns, known).value_rad[-1]),
     }
-    thesis = contenders(ticks)
-    field["thesis's method", "numba"], field["thesis's method", "scipy"] = (
-        thesis["numba", "summary"],
-        thesis["scipy + numpy", "summary"],
-    )
     with tempfile.TemporaryDirectory() as folder:
         field.update(_in_cpp(columns, known, Path(folder)))
         offsets = {key: math.degrees(run()) for key, run in field.items()}  # numba compiles

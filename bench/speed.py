@@ -1,9 +1,10 @@
-"""Speed and memory in one run: the core against scipy and numba, whole logs against python-can.
+"""Speed and memory in one run: the core at each tick, whole logs against python-can.
 
     python bench/speed.py [--ticks N] [--frames N] [--rounds N] [--json | --readme]
 
 Contenders take turns and the best round counts, so that a busy machine slows all of them equally. Ticks are timed by
-CPU time of this thread, logs by wall time. A rival with another answer than the core ends the run.
+CPU time of this thread, logs by wall time. Another answer than that of
+tests/oracle.py or of a rival ends the run.
 """
 
 from __future__ import annotations
@@ -28,14 +29,17 @@ from core_parts import parts_table
 from readers import MIN_MFRAMES_S, readers_table
 from turns import best_of
 
-from oncenter._core import OUTPUT_DTYPE, Core
+from oncenter._core import OUTPUT_DTYPE, Core, default_params
 
 HERE = Path(__file__).parent
+sys.path.append(str(HERE.parent / "tests"))
+
+import oracle  # noqa: E402
+
 OFFSET_AGREES_DEG = 1e-9
 README_MARK = "<!-- below: written by speed.py --readme -->\n"
 LOG_OFFSETS_AGREE_DEG = 0.01  # the rival interpolates the speed differently
 THESIS_MIN_MTICKS_S, JOINT_MIN_MTICKS_S, CANDUMP_MAX_OF_RIVAL = 20.0, 6.0, 0.1  # requirements
-ALONE_MIN_OF_NUMBA = 0.7  # the rival has no sensor check
 DRIVE_TICKS = 180_000  # 30 minutes
 
 Row = dict[str, Any]
@@ -45,71 +49,16 @@ def core() -> Core:
     return Core(drives.WHEELBASE_M, drives.STEERING_RATIO, {}, drives.RATE_HZ)
 
 
-def contenders(ticks: int) -> dict[tuple[str, str], Callable[[], float]]:
-    """By name and output: a function that processes the drive and returns the offset in rad.
-
-    numba has compiled and all shared memory has been touched before.
-    """
-    import numba_monitor
-    import scipy_monitor
-
-    columns = drives.ticks(ticks)
-    arrays = list(columns.values())
-    coefficients = numba_monitor.coefficients(core())
-    outputs, none = np.zeros(ticks, OUTPUT_DTYPE), np.empty(0, numba_monitor.FLAT_OUTPUT)
-
-    def run_core(outputs: Any) -> float:
-        one = core()
-        one.run(columns, outputs)
-        return float(one.answer()["offset"]["value"])
-
-    def run_numba(outputs: Any) -> float:
-        return float(numba_monitor.run(coefficients, *arrays, outputs)[0])
-
-    def run_scipy() -> float:
-        return float(scipy_monitor.run(coefficients, *arrays)[0])
-
-    outputs["time"] = 0.0  # touches every page
-    run_numba(none)
-    return {
-        ("core through Python", "summary"): lambda: run_core(None),
-        ("numba", "summary"): lambda: run_numba(none),
-        ("scipy + numpy", "summary"): run_scipy,
-        ("core through Python", "outputs"): lambda: run_core(outputs),
-        ("numba", "outputs"): lambda: run_numba(outputs.view(numba_monitor.FLAT_OUTPUT)),
-    }
-
-
 def check_agreement(ticks: int) -> None:
-    """Compares every output of every tick, and the final result of scipy."""
-    import numba_monitor
-    import scipy_monitor
-
+    """With the second implementation, the thesis in NumPy."""
     columns = drives.ticks(ticks)
-    arrays = list(columns.values())
-    ours, theirs = np.zeros(ticks, OUTPUT_DTYPE), np.zeros(ticks, numba_monitor.FLAT_OUTPUT)
     one = core()
-    one.run(columns, ours)
-    answer = one.answer()
-    coefficients = numba_monitor.coefficients(one)
-    answers = {
-        "numba": numba_monitor.run(coefficients, *arrays, theirs),
-        "scipy + numpy": scipy_monitor.run(coefficients, *arrays),
-    }
-    for name in numba_monitor.FLAT_OUTPUT.names or ():
-        np.testing.assert_allclose(
-            theirs[name], ours.view(numba_monitor.FLAT_OUTPUT)[name], rtol=0, atol=1e-11, err_msg=f"numba: {name}"
-        )
-    rejected_s = np.array(answer["rejected"])
-    for who, (offset, sd, gradient, rejected, still_yaw_rate, _) in answers.items():
-        differs = math.degrees(abs(offset - answer["offset"]["value"]))
-        if not differs < OFFSET_AGREES_DEG:
-            sys.exit(f"{who} differs from the core by {differs:g} deg")
-        np.testing.assert_allclose(sd, answer["offset"]["standard_deviation"], atol=1e-11, err_msg=who)
-        np.testing.assert_allclose(gradient, answer["understeer_gradient"]["value"], atol=1e-11, err_msg=who)
-        of_thesis = rejected_s[: len(rejected)]  # the other reasons belong to other methods
-        np.testing.assert_allclose(rejected / drives.RATE_HZ, of_thesis, atol=1e-6, err_msg=who)
-        np.testing.assert_allclose(still_yaw_rate, answer["yaw_rate_bias"]["value"], atol=1e-11, err_msg=who)
+    one.run(columns)
+    params = default_params()
+    theirs = oracle.estimate(columns, drives.WHEELBASE_M, drives.STEERING_RATIO, params, drives.RATE_HZ)
+    differs = math.degrees(abs(theirs.offset - one.answer()["offset"]["value"]))
+    if not differs < OFFSET_AGREES_DEG:
+        sys.exit(f"the core differs from tests/oracle.py by {differs:g} deg")
 
 
 def peak_beyond_mb(work: Callable[[], object]) -> float | None:
@@ -125,19 +74,16 @@ def peak_beyond_mb(work: Callable[[], object]) -> float | None:
 
 
 def ticks_table(ticks: int, rounds: int) -> list[Row]:
-    check_agreement(min(ticks, 1_000_000))
-    field = contenders(ticks)
-    memory = {key: peak_beyond_mb(work) for key, work in field.items()}
+    """The core through Python: the answer alone, and with the outputs of every tick."""
+    check_agreement(min(ticks, DRIVE_TICKS))
+    columns = drives.ticks(ticks)
+    outputs = np.zeros(ticks, OUTPUT_DTYPE)
+    outputs["time"] = 0.0  # touches every page
+    field = {"summary": lambda: core().run(columns), "outputs": lambda: core().run(columns, outputs)}
+    memory = {asked: peak_beyond_mb(work) for asked, work in field.items()}
     best = best_of(field, rounds)
     return [
-        {
-            "who": who,
-            "asked": asked,
-            "mticks_s": ticks / seconds / 1e6,
-            "core_is_times_faster": seconds / best["core through Python", asked],
-            "peak_mb": memory[who, asked],
-        }
-        for (who, asked), seconds in best.items()
+        {"asked": asked, "mticks_s": ticks / seconds / 1e6, "peak_mb": memory[asked]} for asked, seconds in best.items()
     ]
 
 
@@ -203,16 +149,13 @@ def drive_table(rounds: int) -> list[Row]:
     return [{"step": step, "cpu_ms": 1000.0 * seconds} for step, seconds in best.items()]
 
 
-def requirements(ticks: list[Row], parts: list[Row], logs: list[Row], readers: list[Row]) -> list[Row]:
-    numba = next(row["mticks_s"] for row in ticks if (row["who"], row["asked"]) == ("numba", "summary"))
+def requirements(parts: list[Row], logs: list[Row], readers: list[Row]) -> list[Row]:
     of = {row["method"]: row for row in parts}
     candump = next(row["of_rival"] for row in logs if row["log"] == ".log")
     thesis, joint = (of[method]["whole_mticks_s"] for method in ("thesis", "joint"))
-    of_numba = of["thesis"]["alone_mticks_s"] / numba
     asked = [
         (f"thesis method at least {THESIS_MIN_MTICKS_S:g} M ticks/s", thesis, thesis >= THESIS_MIN_MTICKS_S),
         (f"joint method at least {JOINT_MIN_MTICKS_S:g} M ticks/s", joint, joint >= JOINT_MIN_MTICKS_S),
-        (f"thesis method alone at least {ALONE_MIN_OF_NUMBA:g} of numba", of_numba, of_numba >= ALONE_MIN_OF_NUMBA),
         (
             f"candump at most {CANDUMP_MAX_OF_RIVAL:g} of python-can + cantools",
             candump,
@@ -242,14 +185,10 @@ def markdown(result: dict[str, Any]) -> str:
     lines = [
         f"{result['machine']}; {result['ticks']:,} ticks, {result['frames']:,} frames, best of {result['rounds']}.",
         "",
-        "| one core | asked | M ticks/s | core is times faster | peak beyond its input, MB |",
-        "|---|---|--:|--:|--:|",
+        "| core through Python | M ticks/s | peak beyond its input, MB |",
+        "|---|--:|--:|",
     ]
-    for row in result["core"]:
-        lines.append(
-            f"| {row['who']} | {row['asked']} | {row['mticks_s']:.1f} | {row['core_is_times_faster']:.2f} "
-            f"| {mb(row['peak_mb'])} |"
-        )
+    lines += [f"| {row['asked']} | {row['mticks_s']:.1f} | {mb(row['peak_mb'])} |" for row in result["core"]]
     lines += [
         "",
         "| method | M ticks/s in the product | without sensor check and angle | these alone |",
@@ -303,7 +242,7 @@ def main() -> None:
         "drive": drive_table(given.rounds),
         "logs": logs,
         "readers": readers,
-        "requirements": requirements(ticks, parts, logs, readers),
+        "requirements": requirements(parts, logs, readers),
     }
     print(json.dumps(result, indent=2) if given.json else markdown(result))
     if given.readme:

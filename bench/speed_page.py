@@ -76,8 +76,8 @@ How long does an answer take? For half an hour of driving, about a second in mos
 Written by `python bench/speed_page.py --page` with the drive `{given.scenario}` in each format: {frames:,} frames of a
 bus, or the same signals as a table at 100 Hz. All programs in a table take turns in one run. Compare figures within a
 table: another machine has others. {os.cpu_count()} CPUs, Python {platform.python_version()}, load {load}.{not_read}
-[bench/README.md](../bench/README.md) compares the core with numba and scipy in more detail, and has logs of a
-busier bus."""
+[bench/README.md](../bench/README.md) has the core in more detail, and logs of a busier
+bus."""
 
 
 def _cold(rows: list[Row], rounds: int) -> Iterator[str]:
@@ -149,7 +149,7 @@ One thread over a drive of some {given.ticks:,} ticks at 100 Hz, by processor ti
 `bench/rivals/filters.cpp` has Autoware's and openpilot's filters in the language that they run in, by `g++ -O2`;
 each gives the same offset as its numba version. Autoware's estimates one number at every tenth tick. openpilot's is a
 Kalman filter with nine states, here without most products with zeros of the full matrices. *oncenter* also
-estimates the angle without its sensor and checks the sensor at every tick; *thesis's method* is only that."""
+estimates the angle without its sensor and checks the sensor at every tick."""
     if compiler() is None:
         yield NO_COMPILER
     yield table(

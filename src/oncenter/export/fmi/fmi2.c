@@ -114,103 +114,57 @@ fmi2Status fmi2Reset(fmi2Component instance) {
     return fmi2OK;
 }
 
-fmi2Status fmi2GetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
-                       fmi2Real values[]) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_REAL);
-        if (variable == NULL) {
-            return fail(c, bad_reference, "");
-        }
-        values[k] = oc_fmu_real(&c->fmu, variable);
-    }
-    return fmi2OK;
-}
-
 /* FMI 2.0 reads enumerations as integers. */
 static const oc_fmu_variable *fmi2_integer(fmi2ValueReference reference) {
     const oc_fmu_variable *integer = oc_fmu_find(reference, OC_FMU_INTEGER);
     return integer != NULL ? integer : oc_fmu_find(reference, OC_FMU_ENUMERATION);
 }
 
-fmi2Status fmi2GetInteger(fmi2Component instance, const fmi2ValueReference references[], size_t count,
-                          fmi2Integer values[]) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = fmi2_integer(references[k]);
-        if (variable == NULL) {
-            return fail(c, bad_reference, "");
-        }
-        values[k] = oc_fmu_integer(&c->fmu, variable);
+/* One getter and one setter a type; FOUND is its variable, `value` one of the values. */
+#define GETTER(TYPE, FOUND, VALUE)                                                                                     \
+    fmi2Status fmi2Get##TYPE(fmi2Component instance, const fmi2ValueReference references[], size_t count,              \
+                             fmi2##TYPE values[]) {                                                                    \
+        component *c = instance;                                                                                       \
+        for (size_t k = 0; k < count; ++k) {                                                                           \
+            const oc_fmu_variable *variable = FOUND;                                                                   \
+            if (variable == NULL) {                                                                                    \
+                return fail(c, bad_reference, "");                                                                     \
+            }                                                                                                          \
+            values[k] = VALUE;                                                                                         \
+        }                                                                                                              \
+        return fmi2OK;                                                                                                 \
     }
-    return fmi2OK;
-}
 
-fmi2Status fmi2GetBoolean(fmi2Component instance, const fmi2ValueReference references[], size_t count,
-                          fmi2Boolean values[]) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_BOOLEAN);
-        if (variable == NULL) {
-            return fail(c, bad_reference, "");
-        }
-        values[k] = oc_fmu_integer(&c->fmu, variable) ? fmi2True : fmi2False;
+#define SETTER(TYPE, FOUND, SET)                                                                                       \
+    fmi2Status fmi2Set##TYPE(fmi2Component instance, const fmi2ValueReference references[], size_t count,              \
+                             const fmi2##TYPE values[]) {                                                              \
+        component *c = instance;                                                                                       \
+        for (size_t k = 0; k < count; ++k) {                                                                           \
+            const fmi2##TYPE value = values[k];                                                                        \
+            const oc_fmu_variable *variable = FOUND;                                                                   \
+            if (variable == NULL) {                                                                                    \
+                return fail(c, bad_reference, "");                                                                     \
+            }                                                                                                          \
+            if (!oc_fmu_settable(&c->fmu, variable)) {                                                                 \
+                return fail(c, not_settable, variable->name);                                                          \
+            }                                                                                                          \
+            SET;                                                                                                       \
+        }                                                                                                              \
+        return fmi2OK;                                                                                                 \
     }
-    return fmi2OK;
-}
+
+GETTER(Real, oc_fmu_find(references[k], OC_FMU_REAL), oc_fmu_real(&c->fmu, variable))
+GETTER(Integer, fmi2_integer(references[k]), oc_fmu_integer(&c->fmu, variable))
+GETTER(Boolean, oc_fmu_find(references[k], OC_FMU_BOOLEAN), oc_fmu_integer(&c->fmu, variable) ? fmi2True : fmi2False)
+SETTER(Real, oc_fmu_find(references[k], OC_FMU_REAL), oc_fmu_set_real(&c->fmu, variable, value))
+SETTER(Integer, fmi2_integer(references[k]), oc_fmu_set_integer(&c->fmu, variable, value))
+SETTER(Boolean, oc_fmu_find(references[k], OC_FMU_BOOLEAN),
+       oc_fmu_set_integer(&c->fmu, variable, value != fmi2False))
 
 fmi2Status fmi2GetString(fmi2Component instance, const fmi2ValueReference references[], size_t count,
                          fmi2String values[]) {
     (void)references, (void)values;
     return count == 0 ? fmi2OK : fail(instance, bad_reference, "");
-}
-
-fmi2Status fmi2SetReal(fmi2Component instance, const fmi2ValueReference references[], size_t count,
-                       const fmi2Real values[]) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_REAL);
-        if (variable == NULL) {
-            return fail(c, bad_reference, "");
-        }
-        if (!oc_fmu_settable(&c->fmu, variable)) {
-            return fail(c, not_settable, variable->name);
-        }
-        oc_fmu_set_real(&c->fmu, variable, values[k]);
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetInteger(fmi2Component instance, const fmi2ValueReference references[], size_t count,
-                          const fmi2Integer values[]) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = fmi2_integer(references[k]);
-        if (variable == NULL) {
-            return fail(c, bad_reference, "");
-        }
-        if (!oc_fmu_settable(&c->fmu, variable)) {
-            return fail(c, not_settable, variable->name);
-        }
-        oc_fmu_set_integer(&c->fmu, variable, values[k]);
-    }
-    return fmi2OK;
-}
-
-fmi2Status fmi2SetBoolean(fmi2Component instance, const fmi2ValueReference references[], size_t count,
-                          const fmi2Boolean values[]) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_BOOLEAN);
-        if (variable == NULL) {
-            return fail(c, bad_reference, "");
-        }
-        if (!oc_fmu_settable(&c->fmu, variable)) {
-            return fail(c, not_settable, variable->name);
-        }
-        oc_fmu_set_integer(&c->fmu, variable, values[k] != fmi2False);
-    }
-    return fmi2OK;
 }
 
 fmi2Status fmi2SetString(fmi2Component instance, const fmi2ValueReference references[], size_t count,

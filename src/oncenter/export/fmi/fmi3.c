@@ -99,122 +99,48 @@ fmi3Status fmi3Reset(fmi3Instance instance) {
     return fmi3OK;
 }
 
-fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
-                          fmi3Float64 values[], size_t value_count) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_REAL);
-        if (variable == NULL || value_count != count) {
-            return fail(c, bad_reference, "");
-        }
-        values[k] = oc_fmu_real(&c->fmu, variable);
+/* One getter and one setter a type; KIND is that of its variables, `value` one of them. */
+#define GETTER(TYPE, KIND, VALUE)                                                                                      \
+    fmi3Status fmi3Get##TYPE(fmi3Instance instance, const fmi3ValueReference references[], size_t count,               \
+                             fmi3##TYPE values[], size_t value_count) {                                                \
+        component *c = instance;                                                                                       \
+        for (size_t k = 0; k < count; ++k) {                                                                           \
+            const oc_fmu_variable *variable = oc_fmu_find(references[k], KIND);                                        \
+            if (variable == NULL || value_count != count) {                                                            \
+                return fail(c, bad_reference, "");                                                                     \
+            }                                                                                                          \
+            values[k] = VALUE;                                                                                         \
+        }                                                                                                              \
+        return fmi3OK;                                                                                                 \
     }
-    return fmi3OK;
-}
 
-fmi3Status fmi3GetInt32(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
-                        fmi3Int32 values[], size_t value_count) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_INTEGER);
-        if (variable == NULL || value_count != count) {
-            return fail(c, bad_reference, "");
-        }
-        values[k] = oc_fmu_integer(&c->fmu, variable);
+#define SETTER(TYPE, KIND, IS_POSSIBLE, SET)                                                                           \
+    fmi3Status fmi3Set##TYPE(fmi3Instance instance, const fmi3ValueReference references[], size_t count,               \
+                             const fmi3##TYPE values[], size_t value_count) {                                          \
+        component *c = instance;                                                                                       \
+        for (size_t k = 0; k < count; ++k) {                                                                           \
+            const fmi3##TYPE value = values[k];                                                                        \
+            const oc_fmu_variable *variable = oc_fmu_find(references[k], KIND);                                        \
+            if (variable == NULL || value_count != count) {                                                            \
+                return fail(c, bad_reference, "");                                                                     \
+            }                                                                                                          \
+            if (!oc_fmu_settable(&c->fmu, variable) || !(IS_POSSIBLE)) {                                               \
+                return fail(c, not_settable, variable->name);                                                          \
+            }                                                                                                          \
+            SET;                                                                                                       \
+        }                                                                                                              \
+        return fmi3OK;                                                                                                 \
     }
-    return fmi3OK;
-}
 
-/* FMI 3.0 reads enumerations as 64-bit integers. */
-fmi3Status fmi3GetInt64(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
-                        fmi3Int64 values[], size_t value_count) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_ENUMERATION);
-        if (variable == NULL || value_count != count) {
-            return fail(c, bad_reference, "");
-        }
-        values[k] = oc_fmu_integer(&c->fmu, variable);
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
-                          fmi3Boolean values[], size_t value_count) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_BOOLEAN);
-        if (variable == NULL || value_count != count) {
-            return fail(c, bad_reference, "");
-        }
-        values[k] = oc_fmu_integer(&c->fmu, variable) != 0;
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
-                          const fmi3Float64 values[], size_t value_count) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_REAL);
-        if (variable == NULL || value_count != count) {
-            return fail(c, bad_reference, "");
-        }
-        if (!oc_fmu_settable(&c->fmu, variable)) {
-            return fail(c, not_settable, variable->name);
-        }
-        oc_fmu_set_real(&c->fmu, variable, values[k]);
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3SetInt32(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
-                        const fmi3Int32 values[], size_t value_count) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_INTEGER);
-        if (variable == NULL || value_count != count) {
-            return fail(c, bad_reference, "");
-        }
-        if (!oc_fmu_settable(&c->fmu, variable)) {
-            return fail(c, not_settable, variable->name);
-        }
-        oc_fmu_set_integer(&c->fmu, variable, values[k]);
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3SetInt64(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
-                        const fmi3Int64 values[], size_t value_count) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_ENUMERATION);
-        if (variable == NULL || value_count != count) {
-            return fail(c, bad_reference, "");
-        }
-        if (!oc_fmu_settable(&c->fmu, variable) || values[k] < INT32_MIN || values[k] > INT32_MAX) {
-            return fail(c, not_settable, variable->name);
-        }
-        oc_fmu_set_integer(&c->fmu, variable, (int32_t)values[k]);
-    }
-    return fmi3OK;
-}
-
-fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference references[], size_t count,
-                          const fmi3Boolean values[], size_t value_count) {
-    component *c = instance;
-    for (size_t k = 0; k < count; ++k) {
-        const oc_fmu_variable *variable = oc_fmu_find(references[k], OC_FMU_BOOLEAN);
-        if (variable == NULL || value_count != count) {
-            return fail(c, bad_reference, "");
-        }
-        if (!oc_fmu_settable(&c->fmu, variable)) {
-            return fail(c, not_settable, variable->name);
-        }
-        oc_fmu_set_integer(&c->fmu, variable, values[k] ? 1 : 0);
-    }
-    return fmi3OK;
-}
+GETTER(Float64, OC_FMU_REAL, oc_fmu_real(&c->fmu, variable))
+GETTER(Int32, OC_FMU_INTEGER, oc_fmu_integer(&c->fmu, variable))
+GETTER(Int64, OC_FMU_ENUMERATION, oc_fmu_integer(&c->fmu, variable)) /* FMI 3.0 reads enumerations as these */
+GETTER(Boolean, OC_FMU_BOOLEAN, oc_fmu_integer(&c->fmu, variable) != 0)
+SETTER(Float64, OC_FMU_REAL, true, oc_fmu_set_real(&c->fmu, variable, value))
+SETTER(Int32, OC_FMU_INTEGER, true, oc_fmu_set_integer(&c->fmu, variable, value))
+SETTER(Int64, OC_FMU_ENUMERATION, value >= INT32_MIN && value <= INT32_MAX,
+       oc_fmu_set_integer(&c->fmu, variable, (int32_t)value))
+SETTER(Boolean, OC_FMU_BOOLEAN, true, oc_fmu_set_integer(&c->fmu, variable, value ? 1 : 0))
 
 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state) {
     const component *c = instance;

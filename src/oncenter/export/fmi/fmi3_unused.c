@@ -4,6 +4,81 @@
 
 #include "fmi3Functions.h"
 
+typedef const fmi3ValueReference *References;
+
+/* A function of an instance and of so many further parameters. */
+#define REFUSE_0(NAME) \
+    fmi3Status NAME(fmi3Instance instance) { (void)instance; return fmi3Error; }
+#define REFUSE_1(NAME, A) \
+    fmi3Status NAME(fmi3Instance instance, A a) { (void)instance, (void)a; return fmi3Error; }
+#define REFUSE_2(NAME, A, B) \
+    fmi3Status NAME(fmi3Instance instance, A a, B b) { (void)instance, (void)a, (void)b; return fmi3Error; }
+#define REFUSE_3(NAME, A, B, C) \
+    fmi3Status NAME(fmi3Instance instance, A a, B b, C c) \
+    { (void)instance, (void)a, (void)b, (void)c; return fmi3Error; }
+#define REFUSE_4(NAME, A, B, C, D) \
+    fmi3Status NAME(fmi3Instance instance, A a, B b, C c, D d) \
+    { (void)instance, (void)a, (void)b, (void)c, (void)d; return fmi3Error; }
+#define REFUSE_5(NAME, A, B, C, D, E) \
+    fmi3Status NAME(fmi3Instance instance, A a, B b, C c, D d, E e) \
+    { (void)instance, (void)a, (void)b, (void)c, (void)d, (void)e; return fmi3Error; }
+#define REFUSE_6(NAME, A, B, C, D, E, F) \
+    fmi3Status NAME(fmi3Instance instance, A a, B b, C c, D d, E e, F f) \
+    { (void)instance, (void)a, (void)b, (void)c, (void)d, (void)e, (void)f; return fmi3Error; }
+#define REFUSE_8(NAME, A, B, C, D, E, F, G, H) \
+    fmi3Status NAME(fmi3Instance instance, A a, B b, C c, D d, E e, F f, G g, H h) \
+    { (void)instance, (void)a, (void)b, (void)c, (void)d, (void)e, (void)f, (void)g, (void)h; return fmi3Error; }
+#define REFUSE_GET_AND_SET(TYPE) \
+    REFUSE_4(fmi3Get##TYPE, References, size_t, fmi3##TYPE *, size_t) \
+    REFUSE_4(fmi3Set##TYPE, References, size_t, const fmi3##TYPE *, size_t)
+
+REFUSE_0(fmi3EnterEventMode)
+REFUSE_GET_AND_SET(Float32)
+REFUSE_GET_AND_SET(Int8)
+REFUSE_GET_AND_SET(UInt8)
+REFUSE_GET_AND_SET(Int16)
+REFUSE_GET_AND_SET(UInt16)
+REFUSE_GET_AND_SET(UInt32)
+REFUSE_GET_AND_SET(UInt64)
+REFUSE_GET_AND_SET(String)
+REFUSE_5(fmi3GetBinary, References, size_t, size_t *, fmi3Binary *, size_t)
+REFUSE_3(fmi3GetClock, References, size_t, fmi3Clock *)
+REFUSE_5(fmi3SetBinary, References, size_t, const size_t *, const fmi3Binary *, size_t)
+REFUSE_3(fmi3SetClock, References, size_t, const fmi3Clock *)
+REFUSE_2(fmi3GetNumberOfVariableDependencies, fmi3ValueReference, size_t *)
+REFUSE_6(fmi3GetVariableDependencies, fmi3ValueReference, size_t *, fmi3ValueReference *, size_t *,
+         fmi3DependencyKind *, size_t)
+REFUSE_8(fmi3GetDirectionalDerivative, References, size_t, References, size_t, const fmi3Float64 *, size_t,
+         fmi3Float64 *, size_t)
+REFUSE_8(fmi3GetAdjointDerivative, References, size_t, References, size_t, const fmi3Float64 *, size_t, fmi3Float64 *,
+         size_t)
+REFUSE_0(fmi3EnterConfigurationMode)
+REFUSE_0(fmi3ExitConfigurationMode)
+REFUSE_4(fmi3GetIntervalDecimal, References, size_t, fmi3Float64 *, fmi3IntervalQualifier *)
+REFUSE_5(fmi3GetIntervalFraction, References, size_t, fmi3UInt64 *, fmi3UInt64 *, fmi3IntervalQualifier *)
+REFUSE_3(fmi3GetShiftDecimal, References, size_t, fmi3Float64 *)
+REFUSE_4(fmi3GetShiftFraction, References, size_t, fmi3UInt64 *, fmi3UInt64 *)
+REFUSE_3(fmi3SetIntervalDecimal, References, size_t, const fmi3Float64 *)
+REFUSE_4(fmi3SetIntervalFraction, References, size_t, const fmi3UInt64 *, const fmi3UInt64 *)
+REFUSE_3(fmi3SetShiftDecimal, References, size_t, const fmi3Float64 *)
+REFUSE_4(fmi3SetShiftFraction, References, size_t, const fmi3UInt64 *, const fmi3UInt64 *)
+REFUSE_0(fmi3EvaluateDiscreteStates)
+REFUSE_6(fmi3UpdateDiscreteStates, fmi3Boolean *, fmi3Boolean *, fmi3Boolean *, fmi3Boolean *, fmi3Boolean *,
+         fmi3Float64 *)
+REFUSE_0(fmi3EnterContinuousTimeMode)
+REFUSE_3(fmi3CompletedIntegratorStep, fmi3Boolean, fmi3Boolean *, fmi3Boolean *)
+REFUSE_1(fmi3SetTime, fmi3Float64)
+REFUSE_2(fmi3SetContinuousStates, const fmi3Float64 *, size_t)
+REFUSE_2(fmi3GetContinuousStateDerivatives, fmi3Float64 *, size_t)
+REFUSE_2(fmi3GetEventIndicators, fmi3Float64 *, size_t)
+REFUSE_2(fmi3GetContinuousStates, fmi3Float64 *, size_t)
+REFUSE_2(fmi3GetNominalsOfContinuousStates, fmi3Float64 *, size_t)
+REFUSE_1(fmi3GetNumberOfEventIndicators, size_t *)
+REFUSE_1(fmi3GetNumberOfContinuousStates, size_t *)
+REFUSE_0(fmi3EnterStepMode)
+REFUSE_5(fmi3GetOutputDerivatives, References, size_t, const fmi3Int32 *, fmi3Float64 *, size_t)
+REFUSE_2(fmi3ActivateModelPartition, fmi3ValueReference, fmi3Float64)
+
 fmi3Instance fmi3InstantiateModelExchange(fmi3String instanceName, fmi3String instantiationToken,
                                           fmi3String resourcePath, fmi3Boolean visible, fmi3Boolean loggingOn,
                                           fmi3InstanceEnvironment instanceEnvironment,
@@ -22,308 +97,4 @@ fmi3Instance fmi3InstantiateScheduledExecution(fmi3String instanceName, fmi3Stri
     (void)instanceName, (void)instantiationToken, (void)resourcePath, (void)visible, (void)loggingOn;
     (void)instanceEnvironment, (void)logMessage, (void)clockUpdate, (void)lockPreemption, (void)unlockPreemption;
     return NULL;
-}
-
-fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
-    (void)instance;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetFloat32(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                          fmi3Float32 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetInt8(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                       fmi3Int8 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetUInt8(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                        fmi3UInt8 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetInt16(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                        fmi3Int16 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetUInt16(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         fmi3UInt16 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetUInt32(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         fmi3UInt32 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetUInt64(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         fmi3UInt64 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetString(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         fmi3String values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetBinary(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         size_t valueSizes[], fmi3Binary values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)valueSizes, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetClock(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                        fmi3Clock values[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetFloat32(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                          const fmi3Float32 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetInt8(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                       const fmi3Int8 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetUInt8(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                        const fmi3UInt8 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetInt16(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                        const fmi3Int16 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetUInt16(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         const fmi3UInt16 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetUInt32(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         const fmi3UInt32 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetUInt64(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         const fmi3UInt64 values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetString(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         const fmi3String values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetBinary(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                         const size_t valueSizes[], const fmi3Binary values[], size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)valueSizes, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetClock(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                        const fmi3Clock values[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)values;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetNumberOfVariableDependencies(fmi3Instance instance, fmi3ValueReference valueReference,
-                                               size_t *nDependencies) {
-    (void)instance, (void)valueReference, (void)nDependencies;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetVariableDependencies(fmi3Instance instance, fmi3ValueReference dependent,
-                                       size_t elementIndicesOfDependent[], fmi3ValueReference independents[],
-                                       size_t elementIndicesOfIndependents[], fmi3DependencyKind dependencyKinds[],
-                                       size_t nDependencies) {
-    (void)instance, (void)dependent, (void)elementIndicesOfDependent, (void)independents;
-    (void)elementIndicesOfIndependents, (void)dependencyKinds, (void)nDependencies;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
-                                        const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
-                                        size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity) {
-    (void)instance, (void)unknowns, (void)nUnknowns, (void)knowns, (void)nKnowns, (void)seed, (void)nSeed;
-    (void)sensitivity, (void)nSensitivity;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknowns[], size_t nUnknowns,
-                                    const fmi3ValueReference knowns[], size_t nKnowns, const fmi3Float64 seed[],
-                                    size_t nSeed, fmi3Float64 sensitivity[], size_t nSensitivity) {
-    (void)instance, (void)unknowns, (void)nUnknowns, (void)knowns, (void)nKnowns, (void)seed, (void)nSeed;
-    (void)sensitivity, (void)nSensitivity;
-    return fmi3Error;
-}
-
-fmi3Status fmi3EnterConfigurationMode(fmi3Instance instance) {
-    (void)instance;
-    return fmi3Error;
-}
-
-fmi3Status fmi3ExitConfigurationMode(fmi3Instance instance) {
-    (void)instance;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference references[],
-                                  size_t nValueReferences, fmi3Float64 intervals[],
-                                  fmi3IntervalQualifier qualifiers[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)intervals, (void)qualifiers;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetIntervalFraction(fmi3Instance instance, const fmi3ValueReference references[],
-                                   size_t nValueReferences, fmi3UInt64 counters[], fmi3UInt64 resolutions[],
-                                   fmi3IntervalQualifier qualifiers[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)counters, (void)resolutions, (void)qualifiers;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetShiftDecimal(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                               fmi3Float64 shifts[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)shifts;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetShiftFraction(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                                fmi3UInt64 counters[], fmi3UInt64 resolutions[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)counters, (void)resolutions;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetIntervalDecimal(fmi3Instance instance, const fmi3ValueReference references[],
-                                  size_t nValueReferences, const fmi3Float64 intervals[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)intervals;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetIntervalFraction(fmi3Instance instance, const fmi3ValueReference references[],
-                                   size_t nValueReferences, const fmi3UInt64 counters[],
-                                   const fmi3UInt64 resolutions[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)counters, (void)resolutions;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetShiftDecimal(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                               const fmi3Float64 shifts[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)shifts;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetShiftFraction(fmi3Instance instance, const fmi3ValueReference references[], size_t nValueReferences,
-                                const fmi3UInt64 counters[], const fmi3UInt64 resolutions[]) {
-    (void)instance, (void)references, (void)nValueReferences, (void)counters, (void)resolutions;
-    return fmi3Error;
-}
-
-fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
-    (void)instance;
-    return fmi3Error;
-}
-
-fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *discreteStatesNeedUpdate,
-                                    fmi3Boolean *terminateSimulation, fmi3Boolean *nominalsOfContinuousStatesChanged,
-                                    fmi3Boolean *valuesOfContinuousStatesChanged, fmi3Boolean *nextEventTimeDefined,
-                                    fmi3Float64 *nextEventTime) {
-    (void)instance, (void)discreteStatesNeedUpdate, (void)terminateSimulation;
-    (void)nominalsOfContinuousStatesChanged, (void)valuesOfContinuousStatesChanged, (void)nextEventTimeDefined;
-    (void)nextEventTime;
-    return fmi3Error;
-}
-
-fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance) {
-    (void)instance;
-    return fmi3Error;
-}
-
-fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean noSetFMUStatePriorToCurrentPoint,
-                                       fmi3Boolean *enterEventMode, fmi3Boolean *terminateSimulation) {
-    (void)instance, (void)noSetFMUStatePriorToCurrentPoint, (void)enterEventMode, (void)terminateSimulation;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 time) {
-    (void)instance, (void)time;
-    return fmi3Error;
-}
-
-fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 continuousStates[],
-                                   size_t nContinuousStates) {
-    (void)instance, (void)continuousStates, (void)nContinuousStates;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 derivatives[],
-                                             size_t nContinuousStates) {
-    (void)instance, (void)derivatives, (void)nContinuousStates;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 eventIndicators[], size_t nEventIndicators) {
-    (void)instance, (void)eventIndicators, (void)nEventIndicators;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 continuousStates[], size_t nContinuousStates) {
-    (void)instance, (void)continuousStates, (void)nContinuousStates;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 nominals[],
-                                             size_t nContinuousStates) {
-    (void)instance, (void)nominals, (void)nContinuousStates;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *nEventIndicators) {
-    (void)instance, (void)nEventIndicators;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *nContinuousStates) {
-    (void)instance, (void)nContinuousStates;
-    return fmi3Error;
-}
-
-fmi3Status fmi3EnterStepMode(fmi3Instance instance) {
-    (void)instance;
-    return fmi3Error;
-}
-
-fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference references[],
-                                    size_t nValueReferences, const fmi3Int32 orders[], fmi3Float64 values[],
-                                    size_t nValues) {
-    (void)instance, (void)references, (void)nValueReferences, (void)orders, (void)values, (void)nValues;
-    return fmi3Error;
-}
-
-fmi3Status fmi3ActivateModelPartition(fmi3Instance instance, fmi3ValueReference clockReference,
-                                      fmi3Float64 activationTime) {
-    (void)instance, (void)clockReference, (void)activationTime;
-    return fmi3Error;
 }

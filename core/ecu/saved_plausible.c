@@ -143,15 +143,19 @@ typedef struct {
 /* Compiles only if the gyro bias's covariance fits such a triangle, too. */
 enum { STATES_FIT = 1 / ((int32_t)OC_GYRO_BIAS_STATES <= (int32_t)OC_TERMS) };
 
-/* Whether a triangle is positive semidefinite up to rounding; also gives its factor, with an information of 1. Where
- * oc_triangle_factor raised a pivot, the squares of a row of the factor exceed the diagonal. */
-static bool are_sums_of_squares(const float *triangle, float noise, factor *f) {
+/* Whether the triangle in f->lower is positive semidefinite up to rounding, in units of `noise`; replaces it by its
+ * factor, with an information of 1. Where oc_triangle_factor raised a pivot, the squares of a row of the factor exceed
+ * the diagonal. */
+static bool are_sums_of_squares(factor *f, float noise) {
     float information[OC_TERMS], longest[OC_TERMS];
+    for (int32_t k = 0; k < OC_TERMS_TRIANGLE; ++k) {
+        f->lower[k] /= noise;
+    }
     for (int32_t row = 0; row < OC_TERMS; ++row) {
         information[row] = 1.0f;
-        longest[row] = 1.000004f * oc_triangle_cell(triangle, row, row) / noise + 2.0f;
+        longest[row] = 1.000004f * oc_triangle_cell(f->lower, row, row) + 2.0f;
     }
-    oc_triangle_factor(triangle, information, noise, f->lower, f->inverse);
+    oc_triangle_factor(f->lower, information, f->inverse);
     const float *cell = f->lower;
     for (int32_t row = 0; row < OC_TERMS; ++row) {
         float squares = 0.0f;
@@ -171,7 +175,7 @@ static bool is_covariance(const oc_gyro_bias *gyro_bias) {
     static const double variance_max = 100.0; /* beyond any yaw rate's */
     factor f = {{0.0f}, {0.0f}};
     float per_sd[OC_GYRO_BIAS_STATES];
-    float *cell = f.lower; /* of correlations first, then of their factor */
+    float *cell = f.lower;
     for (int32_t row = 0; row < OC_GYRO_BIAS_STATES; ++row) {
         if (!(fabs(gyro_bias->P[row][row]) <= variance_max)) {
             return false;
@@ -185,7 +189,7 @@ static bool is_covariance(const oc_gyro_bias *gyro_bias) {
             }
         }
     }
-    return are_sums_of_squares(f.lower, negligible, &f);
+    return are_sums_of_squares(&f, negligible);
 }
 
 /* Positive divisors, a positive semidefinite scatter, and products with the target within Cauchy-Schwarz. */
@@ -194,9 +198,10 @@ static bool is_hypothesis(const oc_hypothesis *h) {
     factor f;
     float products[OC_TERMS];
     memcpy(products, h->target_products, sizeof products);
+    memcpy(f.lower, h->scatter, sizeof f.lower);
     const float noise = oc_hypothesis_noise(h);
     return h->variance > 1e-8f && h->play.half_width > 0.0f && (h->play.friction < 0.0f || h->play.creep > 0.01f) &&
-           are_sums_of_squares(h->scatter, noise, &f) &&
+           are_sums_of_squares(&f, noise) &&
            oc_triangle_variance(f.lower, f.inverse, 0, products) <= target_squares * noise;
 }
 

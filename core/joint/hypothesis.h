@@ -119,7 +119,7 @@ typedef struct {
 typedef struct {
     float information[OC_TERMS];    /* of the priors */
     float inverse[OC_TERMS];        /* 1 over the factor's diagonal */
-    float lower[OC_TERMS_TRIANGLE]; /* Cholesky's factor */
+    float lower[OC_TERMS_TRIANGLE]; /* the normal equations, then Cholesky's factor */
     float terms[OC_TERMS];          /* right side, then solution */
     float weights[OC_OF_COUNT][OC_TERMS]; /* of each quantity as a sum of terms; here to save stack */
 } oc_equations;

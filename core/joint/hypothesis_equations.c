@@ -132,24 +132,23 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
     }
 }
 
-/* Factors the equations with a given play, as one more observation of B + W with the play's sd. The observation has a
- * product of two terms, so it is in the scatter during the factoring. A rubbing hypothesis has no W. */
-static void factor_with_play(oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
-    enum { WIDTHS = WIDTH * (WIDTH + 3) / 2, PRODUCT = WINDUP * (WINDUP + 1) / 2 + WIDTH, WINDUPS = PRODUCT + 2 };
-    const float accuracy = design->known.play_accuracy, noise = oc_hypothesis_noise(h);
+/* A given play is one more observation, of B + W with the play's sd. A rubbing hypothesis has no W. */
+static void add_known_play(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
+    enum {
+        WIDTHS = WIDTH * (WIDTH + 3) / 2,
+        PRODUCT = WINDUP * (WINDUP + 1) / 2 + WIDTH,
+        WINDUPS = WINDUP * (WINDUP + 3) / 2
+    };
+    const float accuracy = design->known.play_accuracy;
     const float width = accuracy * design->scale[WIDTH], windup = accuracy * design->scale[WINDUP];
-    const float widths = h->scatter[WIDTHS], product = h->scatter[PRODUCT], windups = h->scatter[WINDUPS];
     const float deviation = accuracy * (design->known.play - 2.0f * (h->play.half_width + h->play.windup));
-    const bool has_windup = creeps(&h->play);
-    h->scatter[WIDTHS] += noise * width * width;
-    h->scatter[PRODUCT] += has_windup ? noise * width * windup : 0.0f;
-    h->scatter[WINDUPS] += noise * windup * windup;
+    equations->lower[WIDTHS] += width * width;
+    equations->lower[WINDUPS] += windup * windup;
     equations->terms[WIDTH] += width * deviation;
-    equations->terms[WINDUP] += has_windup ? windup * deviation : 0.0f;
-    oc_triangle_factor(h->scatter, equations->information, noise, equations->lower, equations->inverse);
-    h->scatter[WIDTHS] = widths;
-    h->scatter[PRODUCT] = product;
-    h->scatter[WINDUPS] = windups;
+    if (creeps(&h->play)) {
+        equations->lower[PRODUCT] += width * windup;
+        equations->terms[WINDUP] += windup * deviation;
+    }
 }
 
 float oc_likelihood(float x) {
@@ -183,8 +182,9 @@ static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_desi
     return oc_triangle_variance(equations->lower, equations->inverse, 0, weights);
 }
 
+/* o = constant + i K (a_0 - pull), with constant = mean(y) - mean(X) x for the solution x of the normal equations. */
 static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
-                            const oc_equations *equations) {
+                        const oc_equations *equations) {
     h->constant = h->target_mean;
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         h->constant -= h->means[k] * h->terms[k];
@@ -223,16 +223,26 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
 
 static void set_up_equations(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                              oc_equations *equations) {
-    const float noise = oc_hypothesis_noise(h);
+    const float noise = oc_hypothesis_noise(h), weight = 1.0f / noise;
+    for (int32_t k = 0; k < OC_TERMS_TRIANGLE; ++k) {
+        equations->lower[k] = weight * h->scatter[k];
+    }
     for (int32_t k = 0; k < OC_TERMS; ++k) {
         equations->terms[k] = h->target_products[k] / noise;
     }
     add_priors(h, design, prior, equations->information, equations->terms);
+    if (design->known.play_accuracy > 0.0f) {
+        add_known_play(h, design, equations);
+    }
 }
 
 /* Errors in variables (docs/method.md, "Noise in the regressors"): curvature and residual share the yaw rate's noise,
- * lateral acceleration has the accelerometer's. The noise is subtracted from the last rows of the factor, which are
- * these terms, so that the scatter stays positive definite. At least half of the gradient's information stays. */
+ * lateral acceleration has the accelerometer's. With the normal equations N = L L', the last two rows' block of L is M,
+ * and S = M M' is what the other terms leave to l and K:
+ *
+ *     S <- S - diag(n_l, n_K), then M anew;   n = s/noise var(noise in the regressor), over s seconds
+ *
+ * Both n are limited, so that S stays positive definite and at least half of the gradient's information stays. */
 static void remove_noise(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_second *second,
                            oc_equations *equations) {
     enum { BEND = WHEELBASE * (WHEELBASE + 3) / 2, BOTH = BEND + GRADIENT, FORCE };
@@ -298,12 +308,7 @@ static void find_parameters(oc_hypothesis *h, const oc_hypothesis_design *design
 void oc_hypothesis_solve(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                          const oc_second *second, oc_equations *equations) {
     set_up_equations(h, design, prior, equations);
-    if (design->known.play_accuracy > 0.0f) {
-        factor_with_play(h, design, equations);
-    } else {
-        oc_triangle_factor(h->scatter, equations->information, oc_hypothesis_noise(h), equations->lower,
-                           equations->inverse);
-    }
+    oc_triangle_factor(equations->lower, equations->information, equations->inverse);
     remove_noise(h, design, second, equations);
     oc_triangle_solve_lower(equations->lower, equations->inverse, 0, equations->terms);
     oc_triangle_solve_upper(equations->lower, equations->inverse, equations->terms);

@@ -19,33 +19,29 @@ static float root_of(float square, float prior_information, float diagonal) {
     return sqrtf(square > pivot_min ? square : pivot_min);
 }
 
-/* Row i of the factor. */
-static void factor_row(int32_t i, const float *scatter, const float *information, float weight, float *lower,
-                       float *inverse) {
-    const float *cell = &scatter[i * (i + 1) / 2], *above = lower;
-    float *row = &lower[i * (i + 1) / 2];
+/* Row i of the factor, in place. */
+static void factor_row(int32_t i, float *triangle, const float *information, float *inverse) {
+    float *row = &triangle[i * (i + 1) / 2];
+    const float *above = triangle;
     for (int32_t j = 0; j < i; ++j) {
-        row[j] = minus_products(cell[j] * weight, row, above, j) * inverse[j];
+        row[j] = minus_products(row[j], row, above, j) * inverse[j];
         above += j + 1;
     }
-    const float own = cell[i] * weight;
-    row[i] = root_of(minus_products(own + information[i], row, row, i), information[i], own);
+    row[i] = root_of(minus_products(row[i] + information[i], row, row, i), information[i], row[i]);
     inverse[i] = 1.0f / row[i];
 }
 
-void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse) {
-    const float weight = 1.0f / noise;
-    factor_row(0, scatter, information, weight, lower, inverse);
+void oc_triangle_factor(float *triangle, const float *information, float *inverse) {
+    factor_row(0, triangle, information, inverse);
     if (OC_TERMS % 2 == 0) {
-        factor_row(1, scatter, information, weight, lower, inverse);
+        factor_row(1, triangle, information, inverse);
     }
     /* then two rows at a time, which read the rows above them once */
     for (int32_t i = 2 - OC_TERMS % 2; i < OC_TERMS; i += 2) {
-        const float *cell = &scatter[i * (i + 1) / 2], *cell_below = cell + i + 1;
-        float *row = &lower[i * (i + 1) / 2], *below = row + i + 1;
-        const float *above = lower;
+        float *row = &triangle[i * (i + 1) / 2], *below = row + i + 1;
+        const float *above = triangle;
         for (int32_t j = 0; j < i; ++j) {
-            float sum = cell[j] * weight, sum_below = cell_below[j] * weight;
+            float sum = row[j], sum_below = below[j];
             for (int32_t k = 0; k < j; ++k) {
                 sum -= row[k] * above[k];
                 sum_below -= below[k] * above[k];
@@ -54,12 +50,11 @@ void oc_triangle_factor(const float *scatter, const float *information, float no
             below[j] = sum_below * inverse[j];
             above += j + 1;
         }
-        const float own = cell[i] * weight, own_below = cell_below[i + 1] * weight;
-        row[i] = root_of(minus_products(own + information[i], row, row, i), information[i], own);
+        row[i] = root_of(minus_products(row[i] + information[i], row, row, i), information[i], row[i]);
         inverse[i] = 1.0f / row[i];
-        below[i] = minus_products(cell_below[i] * weight, below, row, i) * inverse[i];
-        const float left = minus_products(own_below + information[i + 1], below, below, i + 1);
-        below[i + 1] = root_of(left, information[i + 1], own_below);
+        below[i] = minus_products(below[i], below, row, i) * inverse[i];
+        const float left = minus_products(below[i + 1] + information[i + 1], below, below, i + 1);
+        below[i + 1] = root_of(left, information[i + 1], below[i + 1]);
         inverse[i + 1] = 1.0f / below[i + 1];
     }
 }

@@ -22,8 +22,8 @@ void oc_triangle_scale(float *triangle, int32_t row, float by);
 /* triangle -= times * row row^T; `row`: of the whole matrix. */
 void oc_triangle_subtract_product(float *triangle, const float *row, float times);
 
-/* Cholesky's lower factor of scatter/noise + diag(information). `inverse`: 1 over its diagonal. */
-void oc_triangle_factor(const float *scatter, const float *information, float noise, float *lower, float *inverse);
+/* Cholesky's lower factor of triangle + diag(information), in its place. `inverse`: 1 over the factor's diagonal. */
+void oc_triangle_factor(float *triangle, const float *information, float *inverse);
 
 /* The vector is zero before `first`. */
 void oc_triangle_solve_lower(const float *lower, const float *inverse, int32_t first, float *vector);

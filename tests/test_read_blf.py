@@ -21,9 +21,9 @@ from hypothesis import strategies as st
 from oncenter.errors import OncenterError
 from oncenter.live.replay import Replay
 from oncenter.read import blf, read
-from oncenter.read.frames import Frames, bus_name, joined
+from oncenter.read.frames import Frames, bus_name, frames_of_rows, joined
 from oncenter.read.identity import vin_of
-from oncenter.read.python_can import frames_of
+from oncenter.read.other_lines import row
 from oncenter.simulate import simulate_to_log
 
 OBJECT = struct.Struct("<4sHHLL")
@@ -118,7 +118,7 @@ def python_can_frames(path: Path) -> Frames:
     """Data frames of at most 8 bytes, of CAN and CAN FD."""
     with can.BLFReader(path) as reader:
         messages = [m for m in reader if not (m.is_error_frame or m.is_remote_frame) and len(m.data) <= 8]
-    return frames_of(messages) if messages else joined([])
+    return frames_of_rows([row(m.timestamp, m.arbitration_id, m.is_extended_id, m.data, m.channel) for m in messages])
 
 
 def assert_same(ours: Frames, theirs: Frames) -> None:

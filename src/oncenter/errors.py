@@ -36,7 +36,3 @@ class OncenterError(Exception):
         """Keeps the codes across processes: unpickling calls an exception with its message alone."""
         rest = partial(type(self), code=self.code, exit_code=self.exit_code, needs=self.needs)
         return rest, (str(self),)
-
-
-class NeedsLibrary(Exception):
-    """Names a part of a log that the built-in reader does not support; python-can reads it in a child process."""

@@ -34,7 +34,7 @@ from oncenter.errors import OncenterError
 Message = tuple[Mapping[str, Any], bytes]  # header, and the bytes that follow it
 Send = Callable[..., None]  # takes a header, then the buffers that follow it
 
-# The slowest reader, python-can's for .asc, takes 0.17 s/MB (bench/logs.py); the limit allows twelve times as much.
+# python-can, slower than each reader here, takes 0.17 s/MB for .asc (bench/logs.py): the limit is twelve times as much.
 _CPU_BASE_S, _CPU_S_PER_BYTE = 10.0, 2e-6
 # A table as text takes 8 times its size in memory, a compressed one (csv.gz) 30 times; imports take about 0.2 GiB.
 _RESIDENT_BASE, _RESIDENT_PER_BYTE = 1 << 30, 32

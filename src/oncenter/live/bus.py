@@ -8,7 +8,7 @@ import re
 import socket
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, WRONG_USAGE, OncenterError
@@ -16,6 +16,8 @@ from oncenter.files.extra import require_package
 from oncenter.live.snapshot import Dropped
 from oncenter.live.socket_losses import SocketLosses
 from oncenter.read.clock import LATEST_S
+from oncenter.read.frames import Frames, frames_of_rows
+from oncenter.read.other_lines import row
 
 if TYPE_CHECKING:
     import can
@@ -216,3 +218,14 @@ def _is_name(channel: Any) -> bool:
 
 def _reason(error: Exception) -> str:
     return " ".join(str(error).split())[:160] or type(error).__name__
+
+
+def data_frames(messages: Iterable[can.Message]) -> Frames:
+    """The data frames of classic CAN: no error frames, remote frames or CAN FD."""
+    return frames_of_rows(
+        [
+            row(m.timestamp, m.arbitration_id, m.is_extended_id, m.data, m.channel)
+            for m in messages
+            if not (m.is_error_frame or m.is_remote_frame or m.is_fd)
+        ]
+    )

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 
 from oncenter import _core
 from oncenter.live import words
+from oncenter.live.bus import data_frames
 from oncenter.live.history import History
 from oncenter.live.learner import Known, Learner, Stepped
 from oncenter.live.snapshot import Angles, Dropped, Pictures, Said, Snapshot
-from oncenter.read.frames import Frames, joined
-from oncenter.read.python_can import frames_of, is_data
+from oncenter.read.frames import Frames
 from oncenter.signals import DEGREE
 
 if TYPE_CHECKING:
@@ -119,9 +119,8 @@ class Session(threading.Thread):
         self._frames += len(taken)
         if taken and self._recorder is not None:
             self._recorder.take(taken)
-        data = [message for message in taken if is_data(message)]
         time.sleep(_TAKE_S if taken else 0.0)  # a batch costs little more than one frame
-        return frames_of(data) if data else joined([])
+        return data_frames(taken)
 
     def _keep(self, stepped: Stepped) -> None:
         self._driven_s += len(stepped) / self._learner.stream.rate_hz

@@ -5,13 +5,12 @@ This module imports nothing heavy: the child process starts reading while this p
 
 from __future__ import annotations
 
-import contextlib
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from oncenter.errors import NeedsLibrary, OncenterError
+from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import READ_HERE, SUFFIXES
 from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
@@ -70,8 +69,7 @@ def read(
     if path.name.lower().endswith(READ_HERE) and not dbc:
         from oncenter.read.here import read_here
 
-        with contextlib.suppress(NeedsLibrary):
-            return read_here(*given, by_library=False)
+        return read_here(*given)
     from oncenter.read.apart import read_apart
 
     return read_apart(*given)

@@ -1,7 +1,7 @@
 """Vector's `.asc` logs, a block of text at a time.
 
 Ordinary frames of classic CAN are parsed many at once. Every other line is parsed by itself: events are skipped, and an
-unusual frame gives the same result as python-can. A log with an unknown layout is left to python-can.
+unusual frame gives the same result as python-can.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from itertools import pairwise
+from itertools import islice, pairwise
 from pathlib import Path
 
 import numpy as np
 
-from oncenter.errors import NeedsLibrary
+from oncenter.errors import OncenterError
+from oncenter.read import damaged
 from oncenter.read.cut_off import CutOff
 from oncenter.read.digits import Places
 from oncenter.read.fields import Fields, Layout
 from oncenter.read.frames import Column, Frames
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
-from oncenter.read.text_lines import BASE, is_strange, with_identifier
 
 _LAYOUTS = {
     decimal: Layout(
@@ -42,6 +42,13 @@ _MESSAGE = re.compile(  # as in python-can
     r"\d+\.\d+\s+(\d+\s+(\w+\s+(Tx|Rx)|ErrorFrame)|CANFD)", re.ASCII | re.IGNORECASE
 )
 _HEADS = b"bBdD"  # first letters of header lines: base, begin, date
+_BASE = re.compile(r"base\s+(hex|dec)(?:\s+timestamps\s+(absolute|relative))?", re.IGNORECASE)
+_BEFORE_BASE = re.compile(rb"\n(?=[ \t]*base\s)", re.IGNORECASE)
+_BASES_MAX = 100  # in a block, each of which is parsed by itself
+_STAMP = re.compile(r"\d+\.?\d*")
+_WITHOUT_TIME = ("date", "base", "internal", "no", "begin", "end", "//", "-")  # begins of lines
+_IDENTIFIER = re.compile(r"[0-9A-Fa-f]+x?", re.IGNORECASE)
+_DECIMAL_IDENTIFIER = re.compile(r"\bID = (\d+)(x?)")
 _DATE = re.compile(r"(?:date|begin\s+triggerblock)\s+\w+\s+(.+)", re.IGNORECASE)
 _MONTHS = {name: k for k, name in enumerate("jan feb mar apr may jun jul aug sep oct nov dec".split(), 1)} | {
     "mär": 3,
@@ -56,15 +63,17 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
     """Data frames of classic CAN, a block of text at a time. `notes` receives what was left out.
 
     Raises:
-        OncenterError: "unreadable_log": messages have names instead of identifiers.
-        NeedsLibrary: this reader does not support the log's layout.
+        OncenterError: "unreadable_log": messages have names instead of identifiers, or the layout is unknown.
     """
     size = max(path.stat().st_size, 1)
     with path.open("rb") as file:
         text, log = TextBlocks(file), _Log(OtherLines(path.name))
         for block in text:
             progress(min(file.tell() / size, 1.0))
-            yield log.frames(block)
+            # The first base line is that of all lines before it, too. Logs behind one another may have another base.
+            bases = islice(_BEFORE_BASE.finditer(block), int(log.base is None), _BASES_MAX)
+            for begin, end in pairwise([0, *(found.end() for found in bases), len(block)]):
+                yield log.frames(block[begin:end])
     if text.cut_off:
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
     notes += log.others.notes("that are not CAN frames")
@@ -91,7 +100,7 @@ class _Log:
     def frames(self, block: bytes) -> Frames:
         """
         Raises:
-            OncenterError, NeedsLibrary: as `chunks`.
+            OncenterError: as `chunks`.
         """
         fields = Fields(block)
         self.starts = [(0, self.start_s)]
@@ -103,16 +112,13 @@ class _Log:
         return replace(frames, time=time + self._start_at(numbers))
 
     def _head(self, line: str, number: int) -> None:
-        base = BASE.match(line)
+        base = _BASE.match(line)
         if base is not None:
-            said = (base[1].lower() == "dec", (base[2] or "").lower() == "relative")
-            if self.base not in (None, said):
-                raise NeedsLibrary("its number base changes within the file")
-            self.base = said
+            self.base = (base[1].lower() == "dec", (base[2] or "").lower() == "relative")
             return
         date = _DATE.fullmatch(line)
         if date is not None:
-            self.start_s = _seconds(date[1])
+            self.start_s = _seconds(date[1], self.others.log)
         if date is not None or line[:5].lower() == "begin":
             self.starts.append((number, self.start_s))
 
@@ -149,12 +155,12 @@ class _Log:
         words = line.split(None, 4)
         if not words:
             return None
-        if is_strange(words):
+        if _is_strange(words):
             self.others.leave_out(line)
             return None
         decimal = bool(self.base and self.base[0])
         if len(words) > 1 and words[0][:1].isdigit():
-            line = with_identifier(line, words, self.others.log, decimal=decimal)
+            line = _with_identifier(line, words, self.others.log, decimal=decimal)
         line = line.strip()
         if not _MESSAGE.match(line):
             return None
@@ -164,6 +170,35 @@ class _Log:
         if not bus.isdigit():
             return None
         return _classic(float(time), int(bus) - 1, rest, 10 if decimal else 16)
+
+
+def _is_strange(words: list[str]) -> bool:
+    """Whether a line of an .asc log has an unknown begin, or ends before a frame's identifier and direction."""
+    if not words[0][:1].isdigit():
+        return not words[0].lower().startswith(_WITHOUT_TIME)
+    if not _STAMP.fullmatch(words[0]) or len(words) == 1:
+        return True
+    return words[1].isdigit() and len(words) < 5 and (len(words) == 2 or bool(_IDENTIFIER.fullmatch(words[2])))
+
+
+def _with_identifier(line: str, words: list[str], log: str, *, decimal: bool) -> str:
+    """An .asc line, split into `words`, with a numeric identifier: with message names, Vector writes it at the line's
+    end, in decimal.
+
+    Raises:
+        OncenterError: the line has a message name and no identifier.
+    """
+    is_frame = len(words) == 5 and words[1].isdigit() and words[3] in ("Rx", "Tx") and words[4][:2] == "d "
+    if not is_frame or _IDENTIFIER.fullmatch(words[2]):
+        return line
+    written = _DECIMAL_IDENTIFIER.search(words[4])
+    if written is None:
+        raise OncenterError(
+            f"{log} has message names ({words[2][:40]!r}) instead of identifiers: export it with numeric identifiers",
+            code="unreadable_log",
+        )
+    number = int(written[1])
+    return line.replace(words[2], (f"{number}" if decimal else f"{number:X}") + written[2], 1)
 
 
 def _classic(time: float, bus: int, text: str, base: int) -> Row | None:
@@ -197,11 +232,11 @@ def _step(line: str) -> float:
         return 0.0
 
 
-def _seconds(date: str) -> float:
+def _seconds(date: str, log: str) -> float:
     """Seconds since 1970 of `Jun 15 02:13:20.000 pm 2016`. The format means local time.
 
     Raises:
-        NeedsLibrary: the date has another form.
+        OncenterError: the date has another form.
     """
     found = _DAY.fullmatch(date)
     try:
@@ -217,4 +252,4 @@ def _seconds(date: str) -> float:
         micros = int((fraction or "0").ljust(6, "0"))
         return datetime(int(year), months, int(day), hours, int(minute), int(second), micros).timestamp()
     except (ValueError, OverflowError) as error:
-        raise NeedsLibrary(f"its date {date[:40]!r} has an unknown form") from error
+        raise damaged(log, f"its date {date[:40]!r} has an unknown form") from error

@@ -14,8 +14,6 @@ def frames_of_log(
     notes: list[str],
     progress: Callable[[float], None],
     wanted: Wanted | None = None,
-    *,
-    by_library: bool = True,
 ) -> Iterator[Frames]:
     """Reads in this process, with the library for that format.
 
@@ -24,10 +22,8 @@ def frames_of_log(
         notes: receives what was left out.
         progress: called with the fraction read.
         wanted: frames to read of an MF4 log; None for those that carry J1939 signals.
-        by_library: whether python-can may read an .asc or .trc log with a layout unknown to this package.
 
     Raises:
-        NeedsLibrary: python-can is needed and not allowed.
         OncenterError: it cannot be read, or is shorter than its header says.
     """
     suffix = path.suffix.lower()
@@ -44,6 +40,6 @@ def frames_of_log(
         from oncenter.read.decode import wanted_by
 
         return iter((mf4.read(path, {}, wanted or wanted_by(()), notes, progress)[0].frames,))
-    from oncenter.read import vector_peak
+    from oncenter.read import asc, trc
 
-    return vector_peak.chunks(path, suffix, notes, progress, by_library=by_library)
+    return (asc if suffix == ".asc" else trc).chunks(path, notes, progress)

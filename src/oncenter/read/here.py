@@ -27,13 +27,10 @@ def read_here(
     dbc: Sequence[str | os.PathLike[str]],
     take: Mapping[str, str],
     progress: Callable[[float], None],
-    *,
-    by_library: bool = True,
 ) -> Signals:
     """As `read`, but always in this process, with the library for that format.
 
     Raises:
-        NeedsLibrary: python-can is needed and not allowed, see `frames_of_log`.
         OncenterError: as `read`.
     """
     plugin = plugin_for(path)
@@ -65,7 +62,7 @@ def read_here(
 
         candidates = ros.read(path, names, notes)
     else:
-        candidates, vin = _from_bus(path, suffix, names, dbc, notes, progress, by_library=by_library)
+        candidates, vin = _from_bus(path, suffix, names, dbc, notes, progress)
     _note_a_change(path, before, notes)
     signals = as_signals(path, candidates, take, notes, vin)
     progress(1.0)
@@ -97,8 +94,6 @@ def _from_bus(
     dbc: Sequence[str | os.PathLike[str]],
     notes: list[str],
     progress: Callable[[float], None],
-    *,
-    by_library: bool,
 ) -> tuple[list[Samples], str | None]:
     """Signals of a log of frames, and its VIN. A database replaces the J1939 layout of the messages it describes."""
     described = databases.definitions(dbc, names, notes)
@@ -111,7 +106,7 @@ def _from_bus(
 
         kept, decoded = mf4.read(path, names, both, notes, progress)
     else:
-        kept = keep(frames_of_log(path, notes, progress, by_library=by_library), both)
+        kept = keep(frames_of_log(path, notes, progress), both)
     of_truck = with_groups(kept.frames, identity.PGNS)
     vin = identity.assembled((kept.frames.where(of_truck),))
     if others:

@@ -7,20 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oncenter.errors import NeedsLibrary
-from oncenter.read import counted
+from oncenter.read import counted, damaged
 from oncenter.read.digits import Places
 from oncenter.read.fields import Lines
 from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
 
 MANGLED_SHARE = 0.01  # more mean another layout, not local damage
-_LEFT_OUT_MAX = 10_000  # parsing more lines one by one would exceed the child's time limit
+_LEFT_OUT_MAX = 10_000  # parsing more lines one by one would take minutes
 _MANGLED_ANYWAY = 100  # accepted before the share is meaningful
 
 Row = tuple[float, int, bool, int, int, int]  # columns of `Frames`, the time as in the file
 
 
-def row(time: float, identifier: int, extended: bool, data: bytes, bus: int) -> Row:
+def row(time: float, identifier: int, extended: bool, data: bytes | bytearray, bus: int | str | None) -> Row:
     """
     Raises:
         ValueError: the identifier or the number of bytes is impossible.
@@ -61,7 +60,7 @@ class OtherLines:
                 be parsed, IndexError if it ends too early.
 
         Raises:
-            NeedsLibrary: too many lines start like a frame but cannot be parsed, or most lines are not frames.
+            OncenterError: too many lines start like a frame but cannot be parsed, or most lines are not frames.
         """
         numbers, rows = [], []
         for number in np.flatnonzero(~lines.is_frame & (lines.fields.counts > 0)).tolist():
@@ -78,7 +77,7 @@ class OtherLines:
         self.lines += len(lines.is_frame)
         self._refuse_mangled(_MANGLED_ANYWAY)
         if self.left_out > _LEFT_OUT_MAX and self.left_out > self.lines / 2:
-            raise NeedsLibrary(f"most of its lines are not frames, the first of them reads {self.first!r}")
+            raise damaged(self.log, f"most of its lines are not frames, the first of them reads {self.first!r}")
         if not rows:
             return lines.frames, np.flatnonzero(lines.is_frame)
         merged = joined([lines.frames, frames_of_rows(rows)])
@@ -88,7 +87,7 @@ class OtherLines:
 
     def _refuse_mangled(self, anyway: int) -> None:
         if self.mangled > anyway + MANGLED_SHARE * self.lines:
-            raise NeedsLibrary(f"{self.mangled} lines have an unknown layout, the first of them reads {self.first!r}")
+            raise damaged(self.log, f"{self.mangled} lines have an unknown layout, the first reads {self.first!r}")
 
     def notes(self, which: str) -> Iterator[str]:
         """Notes at the end of the log.
@@ -97,7 +96,7 @@ class OtherLines:
             which: describes the lines left out, as "that are not CAN frames".
 
         Raises:
-            NeedsLibrary: too many lines start like a frame but cannot be parsed.
+            OncenterError: too many lines start like a frame but cannot be parsed.
         """
         self._refuse_mangled(0)
         if self.left_out:

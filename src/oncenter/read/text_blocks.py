@@ -6,8 +6,6 @@ from codecs import BOM_UTF8
 from collections.abc import Iterator
 from typing import BinaryIO
 
-from oncenter.errors import NeedsLibrary
-
 BLOCK_BYTES = 1 << 20  # its columns fit into the cache
 _LONGEST_LINE_BYTES = 1 << 20
 
@@ -20,19 +18,13 @@ class TextBlocks:
         self.cut_off = False
 
     def __iter__(self) -> Iterator[bytes]:
-        """
-        Raises:
-            NeedsLibrary: a line is longer than 1 MiB.
-        """
         rest = self._file.read(len(BOM_UTF8))
         rest = b"" if rest == BOM_UTF8 else rest
         while block := self._file.read(BLOCK_BYTES):
             block = rest + block
             # a split CR LF pair gives an empty line, which is harmless
             end = max(block.rfind(b"\n"), block.rfind(b"\r")) + 1
-            rest = block[end:]
-            if len(rest) > _LONGEST_LINE_BYTES:
-                raise NeedsLibrary("a line is longer than 1 MiB")
+            rest = block[end : end + _LONGEST_LINE_BYTES]  # a longer line is no frame: its middle is dropped
             if end:
                 yield _with_line_feeds(block[:end])
         self.cut_off = bool(rest.strip())

@@ -1,7 +1,7 @@
 """PEAK's `.trc` logs of all versions, a block of text at a time.
 
 Ordinary frames of classic CAN are parsed many at once. Every other line is parsed by itself: events are skipped, and an
-unusual frame gives the same result as python-can. A log with an unknown layout is left to python-can.
+unusual frame gives the same result as python-can.
 """
 
 from __future__ import annotations
@@ -11,15 +11,15 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from oncenter.errors import NeedsLibrary
+from oncenter.read import damaged
 from oncenter.read.cut_off import CutOff
 from oncenter.read.fields import Fields, Layout
 from oncenter.read.frames import Frames
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
 
-_OLD = {  # versions 1: positions of fields
-    "1.0": {"identifier": 2, "length": 3, "data": 4},
+_FIRST = {"identifier": 2, "length": 3, "data": 4}  # positions of fields in version 1.0, and in unknown ones
+_OLD = {  # in other versions 1
     "1.1": {"kind": 2, "identifier": 3, "length": 4, "data": 5},
     "1.2": {"bus": 2, "kind": 3, "identifier": 4, "length": 5, "data": 6},
     "1.3": {"bus": 2, "kind": 3, "identifier": 4, "length": 6, "data": 7},
@@ -35,7 +35,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
     """Data frames of classic CAN, a block of text at a time. `notes` receives what was left out.
 
     Raises:
-        NeedsLibrary: this reader does not support the log's layout.
+        OncenterError: "unreadable_log": the layout is unknown.
     """
     size = max(path.stat().st_size, 1)
     head, log = _Head(), None
@@ -80,30 +80,28 @@ class _Head:
     def log(self, others: OtherLines) -> _Version1 | _Version2:
         """
         Raises:
-            NeedsLibrary: unknown version, columns or start time.
+            OncenterError: unknown columns or start time.
         """
-        if self.version == "1.0":
-            return _Version1(others, _OLD[self.version], 0.0)
         if self.version in _OLD:
-            return _Version1(others, _OLD[self.version], self._start_s())
+            return _Version1(others, _OLD[self.version], self._start_s(others.log))
         if self.version in ("2.0", "2.1"):
-            return _Version2(others, self._places(), self._start_s())
-        raise NeedsLibrary(f"its file version {self.version[:40]!r} is unknown")
+            return _Version2(others, self._places(others.log), self._start_s(others.log))
+        return _Version1(others, _FIRST, 0.0)
 
-    def _start_s(self) -> float:
+    def _start_s(self, log: str) -> float:
         """Seconds since 1970; the format counts days since 1899-12-30."""
         if not self.start:
             return 0.0
         try:
             return (_DAY_0 + timedelta(days=float(self.start))).timestamp()
         except (ValueError, OverflowError) as error:
-            raise NeedsLibrary(f"its start time {self.start[:40]!r} is not a number of days") from error
+            raise damaged(log, f"its start time {self.start[:40]!r} is not a number of days") from error
 
-    def _places(self) -> dict[str, int]:
+    def _places(self, log: str) -> dict[str, int]:
         columns = self.columns.split(",")
         lacks = [name for name in _NEEDED if name not in columns] or ("l" not in columns and "L" not in columns)
         if lacks or columns[-1] != "D" or len(set(columns)) < len(columns):
-            raise NeedsLibrary(f"its columns {self.columns[:40]!r} are in an unknown order")
+            raise damaged(log, f"its columns {self.columns[:40]!r} are in an unknown order")
         return {name: place for place, name in enumerate(columns)}
 
 
@@ -129,7 +127,7 @@ class _Version1:
     def frames(self, block: bytes) -> Frames:
         """
         Raises:
-            NeedsLibrary: as `OtherLines.frames`.
+            OncenterError: as `OtherLines.frames`.
         """
         return _in_seconds(self._others.frames(Fields(block).frames(self._layout), self._row)[0], self._start_s)
 
@@ -169,7 +167,7 @@ class _Version2:
     def frames(self, block: bytes) -> Frames:
         """
         Raises:
-            NeedsLibrary: as `OtherLines.frames`.
+            OncenterError: as `OtherLines.frames`.
         """
         return _in_seconds(self._others.frames(Fields(block).frames(self._layout), self._row)[0], self._start_s)
 

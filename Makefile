@@ -238,6 +238,7 @@ written: .venv/tools ## of these the ones that take seconds and need no browser
 	$(BIN)/python docs/make_contents.py
 	@$(MAKE) --no-print-directory .venv/dev
 	$(BIN)/python docs/make_reference.py
+	$(BIN)/python docs/make_formats.py
 	$(BIN)/python docs/make_fmu_table.py
 	$(BIN)/python faults/page.py
 

@@ -9,11 +9,10 @@ import polars as pl
 from cold import TRUCK, own_vehicle
 
 import oncenter as oc
-from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.log_formats import SUFFIXES, WRITTEN
 from oncenter.files.shipped import shipped
 from oncenter.signals import SignalName
 from oncenter.simulate import simulate_to_log, truth_files
-from oncenter.simulate.write import SUFFIXES as OURS
 
 BY_OTHERS = (".dat", ".mat", ".vbo", ".bag", ".mcap")  # which tests/signal_logs.py writes, where they are read
 TESTS = Path(__file__).parents[1] / "tests"
@@ -23,10 +22,10 @@ def write_logs(scenario: str, folder: Path, only: tuple[str, ...] = ()) -> dict[
     """By suffix, `only` these if any are given. Some have a vehicle file of their own, see `cold.vehicle_of`."""
     logs = {
         suffix: folder / f"drive{suffix}"
-        for suffix in (*OURS, *BY_OTHERS)
+        for suffix in (*WRITTEN, *BY_OTHERS)
         if suffix in SUFFIXES and (not only or suffix in only)
     }
-    for suffix in logs.keys() & set(OURS):
+    for suffix in logs.keys() & set(WRITTEN):
         simulate_to_log(scenario, 1, logs[suffix])
         for truth in truth_files(logs[suffix]):
             truth.unlink()

@@ -14,7 +14,7 @@ import signal_logs
 from asammdf import MDF, Signal
 from asammdf.blocks.v4_blocks import FileHistory
 
-from oncenter.files.log_formats import ROS
+from oncenter.files.log_formats import OF_BAGS, WRITTEN
 from oncenter.simulate import simulate_to_log, truth_files
 
 VEHICLE = Path(__file__).parents[1] / "vehicles" / "scania_r730_4x2.toml"
@@ -34,7 +34,6 @@ resolution_deg_s = 0.01
 noise_sd_m_s2 = 0.02
 resolution_m_s2 = 0.01
 """
-_SUFFIXES = (".log", ".asc", ".blf", ".trc", ".mf4", ".csv", ".csv.gz", ".parquet")
 _NEEDED = ("steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s", "lateral_acceleration_m_s2")
 Writer = Callable[[pl.DataFrame, Path], None]
 _START = datetime(2016, 6, 15, 12, tzinfo=UTC)
@@ -47,7 +46,7 @@ def write_base_logs(folder: Path) -> dict[str, tuple[Path, ...]]:
     """Logs by format; MF4 (frames, channels) and MDF3 (floats, integers with conversion) have two each."""
     scenario = folder / "five_minutes.toml"
     scenario.write_text(_SCENARIO, encoding="utf-8")
-    logs = {suffix[1:]: (folder / f"drive{suffix}",) for suffix in _SUFFIXES}
+    logs = {suffix[1:]: (folder / f"drive{suffix}",) for suffix in WRITTEN}
     for (log,) in logs.values():
         simulate_to_log(scenario, 1, log)
         for truth in truth_files(log):
@@ -69,13 +68,13 @@ def _written_by_others(table: pl.DataFrame, folder: Path) -> dict[str, tuple[Pat
         "dat": [signal_logs.inca],
         "vbo": [signal_logs.vbo],
         "mat": [signal_logs.mat_5, signal_logs.mat_hdf5, signal_logs.simulink, signal_logs.mat_4],
-        **{suffix[1:]: [signal_logs.WRITERS[suffix]] for suffix in ROS},
+        **{suffix[1:]: [signal_logs.WRITERS[suffix]] for suffix in OF_BAGS},
     }
     logs = {}
     for log_format, of_format in writers.items():
         logs[log_format] = tuple(folder / f"other{place}.{log_format}" for place in range(len(of_format)))
         for writer, log in zip(of_format, logs[log_format], strict=True):
-            writer(needed.gather_every(2) if log.suffix in ROS else needed, log)
+            writer(needed.gather_every(2) if log.suffix in OF_BAGS else needed, log)
     return logs
 
 

@@ -25,9 +25,10 @@ from test_estimate import steady_drive
 from two_trucks import write_fleet
 
 from oncenter import cli
+from oncenter.files.log_formats import WRITTEN
 
 TRUCK = "scania_r730_4x2"
-SUFFIXES = ("log", "asc", "blf", "trc", "mf4", "csv", "csv.gz", "parquet")
+SUFFIXES = tuple(suffix[1:] for suffix in WRITTEN)
 SCENARIO = """about = "short"
 base = "thesis_drive"
 [drive]

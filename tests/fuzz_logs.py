@@ -30,7 +30,7 @@ from watched import KILL_MIB, KILL_S, LARGE_MIB, SLOW_S, Ended, oncenter, watch
 from oncenter import offset, read, vehicle
 from oncenter.errors import OncenterError
 from oncenter.files.child import ChildDied, ChildFailed, Limits, borrowed
-from oncenter.files.log_formats import ROS
+from oncenter.files.log_formats import OF_BAGS
 
 AGREE_DEG = 0.5
 _INDEPENDENT = Limits(cpu_s=KILL_S, resident_bytes=2 * KILL_MIB << 20)
@@ -94,7 +94,7 @@ def answer_command(log: Path) -> list[str]:
 
 def _vehicle_of(log: Path) -> Path:
     """Beside the log, where its signals must be named."""
-    if log.suffix not in ROS:
+    if log.suffix not in OF_BAGS:
         return VEHICLE
     file = log.with_name("truck.toml")
     units = {signal: f', unit = "{entry.unit}"' if entry.unit else "" for signal, entry in TOPICS.items()}

@@ -21,10 +21,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
-FORMATS = (
-    *("log", "asc", "blf", "trc", "mf4", "mdf", "dat", "csv", "csv.gz", "parquet"),
-    *("vbo", "mat", "bag", "mcap", "db3"),
-)
+from oncenter.files.log_formats import SUFFIXES
+
+FORMATS = tuple(suffix[1:] for suffix in SUFFIXES)
 TEXT_FORMATS = ("log", "asc", "trc", "csv", "vbo")
 
 # Counts and addresses at which a reader's arithmetic overflows, or its memory does.

@@ -26,7 +26,7 @@ from test_hostile_logs import (
 )
 from two_trucks import DAY_S, MONDAY_S
 
-from oncenter.files.log_formats import ROS
+from oncenter.files.log_formats import OF_BAGS
 
 Base = Mapping[str, tuple[Path, ...]]  # good logs by format, see `write_base_logs`
 Write = Callable[[Path, Base], None]
@@ -63,7 +63,7 @@ def write_poison_fleet(root: Path) -> None:
     (root / "vehicles" / "YS2R4X2.toml").write_text("wheelbase_m = 3.7\nsteering_ratio = 19.3\n")
     (root / "vehicles" / "scania.toml").write_text(VEHICLE.read_text(encoding="utf-8"))
     base = write_base_logs(root / "base")
-    named = [path for paths in base.values() for path in paths if path.suffix not in ROS]  # whose names need a table
+    named = [path for paths in base.values() for path in paths if path.suffix not in OF_BAGS]  # those need a table
     good = [*STRANGE, *(Kind("good", path.name, "", _copy_of(path)) for path in named)]
     good += [_steady(day) for day in range(ANSWERED - len(good))]
     for place, poison in enumerate(POISON):

@@ -13,6 +13,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from oncenter.files import extra
+from oncenter.files.log_formats import FORMATS
 from oncenter.simulate import simulate_to_log
 
 TRUCK = ("--vehicle", "scania_r730_4x2")
@@ -21,7 +22,7 @@ about = "three minutes"
 [drive]
 duration_s = 180.0
 """
-READ_BY_ALL = ("drive.log", "drive.asc", "drive.blf", "drive.trc", "drive.csv", "drive.csv.gz", "drive.parquet")
+READ_BY_ALL = [f"drive{row.suffixes[0]}" for row in FORMATS if row.writer and not row.extra]
 
 
 @pytest.fixture(scope="module")

@@ -19,6 +19,7 @@ from watched import oncenter, watch
 
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
+from oncenter.files.log_formats import WRITTEN
 from oncenter.fleet import Summary, engines, run, watched
 from oncenter.fleet.files import LogFile, at_hand, find_logs
 from oncenter.fleet.ledger import LEDGER
@@ -235,7 +236,7 @@ def test_a_log_whose_name_is_no_text_is_answered_and_shown(
     assert (given["logs_answered"], given["logs_refused"]) == (0, 0)
 
 
-@pytest.mark.parametrize("suffix", [".log", ".asc", ".blf", ".trc", ".mf4", ".csv", ".csv.gz", ".parquet"])
+@pytest.mark.parametrize("suffix", WRITTEN)
 def test_every_format_is_read_whatever_bytes_its_name_holds(fleet: Path, tmp_path: Path, suffix: str) -> None:
     scenario = tmp_path / "scenario.toml"
     scenario.write_text('about = "Half a minute."\nbase = "thesis_drive"\n[drive]\nduration_s = 30.0\n')

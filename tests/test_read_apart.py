@@ -13,7 +13,7 @@ from drive_frames import DBC, candump, drive
 
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
-from oncenter.files.log_formats import OF_FRAMES
+from oncenter.files.log_formats import OF_FRAMES, WRITTEN
 from oncenter.read import candump as candump_reader
 from oncenter.read import read
 from oncenter.read.apart import frames, read_apart
@@ -22,7 +22,6 @@ from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.here import read_here
 from oncenter.signals import SignalName
 from oncenter.simulate import simulate_to_log
-from oncenter.simulate.write import SUFFIXES
 
 
 def nobody_hears(fraction: float) -> None:
@@ -33,12 +32,12 @@ def nobody_hears(fraction: float) -> None:
 def drives(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("drives")
     (folder / "short.toml").write_text('base = "thesis_drive"\nabout = "short"\n[drive]\nduration_s = 30.0\n')
-    for suffix in SUFFIXES:
+    for suffix in WRITTEN:
         simulate_to_log(folder / "short.toml", 1, folder / f"drive{suffix}")
     return folder
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", WRITTEN)
 def test_a_child_reads_what_this_process_reads(drives: Path, suffix: str) -> None:
     log = drives / f"drive{suffix}"
     heard: list[float] = []
@@ -48,7 +47,7 @@ def test_a_child_reads_what_this_process_reads(drives: Path, suffix: str) -> Non
     assert (heard[0], heard[-1]) == (0.0, 1.0)
 
 
-@pytest.mark.parametrize("suffix", sorted(set(SUFFIXES) & set(OF_FRAMES)))
+@pytest.mark.parametrize("suffix", sorted(set(WRITTEN) & set(OF_FRAMES)))
 def test_a_child_gives_the_frames_that_this_process_gives(drives: Path, suffix: str) -> None:
     log = drives / f"drive{suffix}"
     own, apart = (joined(list(given)) for given in (frames_of_log(log, [], nobody_hears), frames(log, [])))

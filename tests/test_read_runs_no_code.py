@@ -8,13 +8,12 @@ import subprocess
 import sys
 from pathlib import Path
 
-import can
 import numpy as np
 import polars as pl
 import signal_logs
 from asammdf import MDF, Signal
-from can.io.mf4 import MF4Writer
-from drive_frames import drive, truth
+from drive_frames import truth
+from test_read_formats import WRITERS, written
 
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.read import read
@@ -58,22 +57,7 @@ assert of_eval > of_logs == 0, "the hook hears eval, and it heard nothing before
 assert first == second
 print(*second, sep="\\n")
 """
-WRITERS = {
-    ".asc": can.ASCWriter,
-    ".blf": can.BLFWriter,
-    ".trc": can.TRCWriter,
-    ".log": can.CanutilsLogWriter,
-    ".mf4": MF4Writer,
-}
 HOSTILE = "().__class__.__base__.__subclasses__()"
-
-
-def frames(path: Path) -> None:
-    with WRITERS[path.suffix](path) as writer:
-        for frame in drive():
-            writer.on_message_received(
-                can.Message(frame.time, frame.identifier, frame.extended, data=frame.data, channel=1)
-            )
 
 
 def channels(path: Path, formula: str) -> None:
@@ -87,7 +71,7 @@ def channels(path: Path, formula: str) -> None:
 
 def every_format(folder: Path) -> list[Path]:
     for suffix in WRITERS:
-        frames(folder / f"drive{suffix}")
+        written(folder, suffix)
     table = read(folder / "drive.log").table
     table.write_csv(folder / "drive.csv")
     table.write_parquet(folder / "drive.parquet")

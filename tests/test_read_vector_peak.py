@@ -14,9 +14,9 @@ from drive_frames import START_S as LOG_S
 from drive_frames import Frame, drive
 from mutate_logs import mutate
 from python_can_reader import python_can_frames
+from test_read_formats import WRITERS, written
 from test_read_formats import asc as vector
 from test_read_formats import trc as peak
-from test_read_formats import written
 
 from oncenter.errors import OncenterError
 from oncenter.read import asc, read, text_blocks, trc
@@ -359,7 +359,7 @@ def test_a_damaged_log_gives_the_frames_of_python_can_or_is_refused(log_format: 
     assert_same(ours, theirs)
 
 
-@pytest.mark.parametrize("suffix", [".log", ".asc", ".trc", ".blf", ".mf4"])
+@pytest.mark.parametrize("suffix", WRITERS)
 def test_the_vin_comes_with_the_signals_and_the_log_is_read_once(suffix: str, tmp_path: Path) -> None:
     path = written(tmp_path, suffix)
     assert read(path).vin is None

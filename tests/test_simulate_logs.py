@@ -19,13 +19,13 @@ from drive_frames import DBC, database
 import oncenter
 from oncenter.cli import run
 from oncenter.errors import OncenterError
+from oncenter.files.log_formats import OF_FRAMES, WRITTEN
 from oncenter.read import read
 from oncenter.signals import SIGNALS
 from oncenter.simulate import simulate, simulate_to_log, truth_files
 from oncenter.simulate.can import BusFrames, four_bytes, frames
 from oncenter.simulate.scenario import read_scenario
 from oncenter.simulate.sensors import Sensed
-from oncenter.simulate.write import SUFFIXES
 
 FAULTY = """base = "thesis_drive"
 about = "forty seconds with a receiver, a sensor without turns, and a gyro that fails"
@@ -55,7 +55,7 @@ length_s = 2.0
 [can]
 """
 PUNCTUAL, LATE = "jitter_sd_ms = 0.0\n", "jitter_sd_ms = 0.3\n"
-FRAME_LOGS = (".log", ".asc", ".blf", ".trc", ".mf4")
+FRAME_LOGS = [suffix for suffix in WRITTEN if suffix in OF_FRAMES]
 
 STAMP_S = 1e-6  # resolution of the stamps, after which the reader interpolates
 
@@ -116,9 +116,9 @@ def test_two_processes_at_two_times_in_two_zones_and_folders_write_the_same_byte
     (tmp_path / "faulty.toml").write_text(FAULTY + LATE, encoding="utf-8")
     code = (
         "import sys, time; from oncenter.simulate import simulate_to_log\n"
-        "from oncenter.simulate.write import SUFFIXES\n"
+        "from oncenter.files.log_formats import WRITTEN\n"
         "real = time.time; time.time = lambda: real() + float(sys.argv[2])\n"
-        "for suffix in SUFFIXES: simulate_to_log(sys.argv[1], 7, 'drive' + suffix)\n"
+        "for suffix in WRITTEN: simulate_to_log(sys.argv[1], 7, 'drive' + suffix)\n"
     )
     digests = []
     for folder, zone, ahead_s, salt in (("here", "UTC", 0, "1"), ("there", "Asia/Tokyo", 1e6, "2")):
@@ -133,7 +133,7 @@ def test_two_processes_at_two_times_in_two_zones_and_folders_write_the_same_byte
         files = sorted((tmp_path / folder).iterdir())
         digests.append({file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files})
     assert digests[0] == digests[1]
-    assert len(digests[0]) == len(SUFFIXES) + 2  # and the truth's
+    assert len(digests[0]) == len(WRITTEN) + 2  # and the truth's
 
 
 def test_another_seed_changes_every_format(tmp_path: Path) -> None:
@@ -247,7 +247,7 @@ def test_the_simulate_command_prints_the_files_it_wrote(
     assert ".csv.gz" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize("suffix", WRITTEN)
 def test_a_log_that_cannot_be_written_is_refused_in_one_line(faulty: Path, tmp_path: Path, suffix: str) -> None:
     full = tmp_path / f"full{suffix}"
     full.symlink_to("/dev/full")  # where every write fails

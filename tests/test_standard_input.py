@@ -15,7 +15,7 @@ from test_signal_logs import short
 
 from oncenter.cli import run as command
 from oncenter.cli.standard_input import STANDARD_INPUT, as_file
-from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.log_formats import FORMATS
 from oncenter.simulate import simulate_to_log
 
 CSV = "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_km_h\n" + "".join(
@@ -54,7 +54,7 @@ def test_a_candump_log_from_standard_input_gives_the_answer_of_its_file(
     assert signals_of(capsys)["log"] == "-"
 
 
-@pytest.mark.parametrize("suffix", sorted(set(SUFFIXES) - {".mdf", ".dat"}))  # of which MF4 is the newer
+@pytest.mark.parametrize("suffix", [row.suffixes[0] for row in FORMATS])
 def test_each_format_is_recognised_by_its_first_bytes(
     suffix: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from oncenter.cli.options import Dbc, Json, Schema, Source, VehicleFile, sources_of
+from oncenter.files.log_formats import OF_FRAMES
 
 if TYPE_CHECKING:
     from oncenter.live.bus import Bus
@@ -34,7 +35,7 @@ Interface = Annotated[
 ]
 Bitrate = Annotated[int | None, typer.Option(metavar="BIT/S", help="Bit rate of the bus, for interfaces that need it.")]
 Replayed = Annotated[
-    Path | None, typer.Option(metavar="LOG", help="Replay a log of frames instead: .log .asc .blf .trc .mf4 .dat")
+    Path | None, typer.Option(metavar="LOG", help=f"Replay a log of frames instead: {' '.join(OF_FRAMES)}")
 ]
 Speed = Annotated[
     float | None,

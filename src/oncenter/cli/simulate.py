@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from oncenter.cli.completion import scenarios
+from oncenter.files.log_formats import WRITTEN
 
 
 def simulate(
@@ -19,9 +20,7 @@ def simulate(
             autocompletion=scenarios,
         ),
     ],
-    output: Annotated[
-        Path, typer.Option(metavar="LOG", help="The log to write: .log .asc .blf .trc .mf4 .csv .csv.gz .parquet")
-    ],
+    output: Annotated[Path, typer.Option(metavar="LOG", help=f"The log to write: {' '.join(WRITTEN)}")],
     seed: Annotated[int, typer.Option(help="Seed of the random numbers; the same seed gives the same bytes.")] = 1,
 ) -> None:
     """Simulate a drive and write its log and its truth.

@@ -11,24 +11,9 @@ from pathlib import Path
 from typing import BinaryIO
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.log_formats import FORMATS
 
 STANDARD_INPUT = Path("-")
-
-_BEGINS = {  # first bytes of a format, and the suffix of its files
-    b"MDF ": ".mf4",
-    b"UnFinMF ": ".mf4",
-    b"LOGG": ".blf",
-    b"PAR1": ".parquet",
-    b"\x1f\x8b": ".csv.gz",
-    b"(": ".log",
-    b"date ": ".asc",
-    b";$FILEVERSION": ".trc",
-    b"MATLAB ": ".mat",
-    b"File created on ": ".vbo",
-    b"#ROSBAG V2.0": ".bag",
-    b"\x89MCAP0\r\n": ".mcap",
-    b"SQLite format 3\0": ".db3",
-}
 
 
 @contextmanager
@@ -54,7 +39,7 @@ def as_file(log: Path) -> Iterator[Path]:
 def _kept(given: BinaryIO, folder: Path) -> Path:
     try:
         first = given.read(1 << 16)
-        suffix = next((suffix for begin, suffix in _BEGINS.items() if first.lstrip(b" ").startswith(begin)), ".csv")
+        suffix = next((row.suffixes[0] for row in FORMATS if first.lstrip(b" ").startswith(row.begins)), ".csv")
         path = folder / f"standard input{suffix}"
         with path.open("wb") as file:
             file.write(first)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
-from oncenter.files.log_formats import READ_HERE, SUFFIXES
+from oncenter.files.log_formats import READ_HERE, SUFFIXES, Format, format_of
 from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
 from oncenter.read.units import possible_columns
 from oncenter.signals import SIGNALS, SignalName, Signals
@@ -40,9 +40,8 @@ def read(
     """Reads the signals of a log, as many of `oncenter.signals.SIGNALS` as it has.
 
     Args:
-        path: a candump `.log`, `.asc`, `.blf`, `.trc`, `.mf4`, `.mdf`, INCA's `.dat`, `.csv`, `.csv.gz`, `.parquet`,
-            `.vbo`, `.mat`, `.bag`, `.mcap`, `.db3` or the folder of a ROS 2 bag; or a file or folder that an installed
-            plug-in reads (examples/README.md).
+        path: a log in one of the formats of docs/formats.md, or the folder of a ROS 2 bag; or a file or folder that an
+            installed plug-in reads (examples/README.md).
         vehicle: from `oncenter.vehicle`. Its `[signals]` table and its `dbc` apply where `names` and `dbc` are not
             given.
         names: by signal, or "time", its name in this log, where it differs from oncenter's.
@@ -62,7 +61,7 @@ def read(
     path = Path(path)
     if not is_bag_folder(path) and (path.name.lower().endswith(SUFFIXES) or not _is_of_a_plugin(path)):
         refuse_what_is_no_regular_file(path)
-        suffix_of(path)
+        known_format(path)
     if not path.is_dir():
         refuse_unreadable(path)
     given = path, names or {}, dbc, take or {}, progress or (lambda fraction: None)
@@ -130,11 +129,14 @@ def _is_of_a_plugin(path: Path) -> bool:
     return plugin_for(path) is not None
 
 
-def suffix_of(path: Path) -> str:
-    name = path.name.lower()
-    for suffix in SUFFIXES:
-        if name.endswith(suffix):
-            return suffix
+def known_format(path: Path) -> Format:
+    """
+    Raises:
+        OncenterError: "unknown_format": this package does not read such files.
+    """
+    found = format_of(path.name)
+    if found is not None:
+        return found
     from oncenter.read.plugins import suffixes_of_plugins
 
     known = ", ".join((*SUFFIXES, *suffixes_of_plugins()))

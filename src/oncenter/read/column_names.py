@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from oncenter.files.log_formats import OF_TABLES
 from oncenter.read.csv_text import csv_text, separator_of
 from oncenter.read.units import is_unit
 
@@ -19,7 +18,7 @@ def column_names(path: Path) -> dict[str, str]:
     name = path.name.lower()
     if name.endswith(".parquet"):
         return dict.fromkeys(_of_parquet(path), "")
-    return _of_csv(path) if name.endswith(OF_TABLES) and not name.endswith(".vbo") else {}
+    return _of_csv(path) if name.endswith((".csv", ".csv.gz")) else {}
 
 
 def _of_parquet(path: Path) -> list[str]:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from oncenter.files.log_formats import MDF
+from oncenter.files.log_formats import imported
+from oncenter.read import known_format
 from oncenter.read.frames import Frames, Wanted
 
 
@@ -26,20 +27,10 @@ def frames_of_log(
     Raises:
         OncenterError: it cannot be read, or is shorter than its header says.
     """
-    suffix = path.suffix.lower()
-    if suffix == ".log":
-        from oncenter.read import candump
+    log_format = known_format(path)
+    if log_format.content == "frames":
+        chunks: Iterator[Frames] = imported(log_format.reader)(path, notes, progress)
+        return chunks
+    from oncenter.read.decode import wanted_by
 
-        return candump.chunks(path, notes, progress)
-    if suffix == ".blf":
-        from oncenter.read import blf
-
-        return blf.chunks(path, notes, progress)
-    if suffix in MDF:
-        from oncenter.read import mf4
-        from oncenter.read.decode import wanted_by
-
-        return iter((mf4.read(path, {}, wanted or wanted_by(()), notes, progress)[0].frames,))
-    from oncenter.read import asc, trc
-
-    return (asc if suffix == ".asc" else trc).chunks(path, notes, progress)
+    return iter((imported(log_format.reader)(path, {}, wanted or wanted_by(()), notes, progress)[0].frames,))

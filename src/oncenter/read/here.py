@@ -9,13 +9,12 @@ from pathlib import Path
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
-from oncenter.files.log_formats import MDF, ROS
-from oncenter.read import cannot_read, choose, clock, identity, j1939, suffix_of
+from oncenter.files.log_formats import OF_BAGS, OF_FRAMES, Format, imported
+from oncenter.read import cannot_read, choose, clock, identity, j1939, known_format
 from oncenter.read import dbc as databases
 from oncenter.read.cut_off import short_frames_notes, with_seconds
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Kept, keep, with_groups
-from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.plugins import plugin_for, read_plugin
 from oncenter.read.samples import Samples
 from oncenter.signals import SignalName, Signals
@@ -34,35 +33,18 @@ def read_here(
         OncenterError: as `read`.
     """
     plugin = plugin_for(path)
-    suffix = "" if plugin is not None else ROS[0] if is_bag_folder(path) else suffix_of(path)
     notes: list[str] = []
     vin: str | None = None
     before = path.stat()
     progress(0.0)
     if plugin is not None:
         candidates = read_plugin(path, plugin, names, notes)
-    elif suffix in (".csv", ".csv.gz"):
-        from oncenter.read import tabular
-
-        candidates = tabular.read_csv(path, names, notes)
-    elif suffix == ".parquet":
-        from oncenter.read import tabular
-
-        candidates = tabular.read_parquet(path, names, notes)
-    elif suffix == ".vbo":
-        from oncenter.read import vbo
-
-        candidates = vbo.read(path, names, notes)
-    elif suffix == ".mat":
-        from oncenter.read import mat
-
-        candidates = mat.read(path, names, notes)
-    elif suffix in ROS:
-        from oncenter.read import ros
-
-        candidates = ros.read(path, names, notes)
     else:
-        candidates, vin = _from_bus(path, suffix, names, dbc, notes, progress)
+        log_format = known_format(Path(OF_BAGS[0]) if is_bag_folder(path) else path)
+        if log_format.suffixes[0] in OF_FRAMES:
+            candidates, vin = _from_bus(path, log_format, names, dbc, notes, progress)
+        else:
+            candidates = imported(log_format.reader)(path, names, notes)
     _note_a_change(path, before, notes)
     signals = as_signals(path, candidates, take, notes, vin)
     progress(1.0)
@@ -89,7 +71,7 @@ def _note_a_change(path: Path, before: os.stat_result, notes: list[str]) -> None
 
 def _from_bus(
     path: Path,
-    suffix: str,
+    log_format: Format,
     names: Mapping[str, SignalName],
     dbc: Sequence[str | os.PathLike[str]],
     notes: list[str],
@@ -101,12 +83,10 @@ def _from_bus(
     others = identity.PGNS - wanted.pgns
     both = replace(wanted, pgns=wanted.pgns | others)
     decoded: list[Samples] = []
-    if suffix in MDF:
-        from oncenter.read import mf4
-
-        kept, decoded = mf4.read(path, names, both, notes, progress)
+    if log_format.content == "frames":
+        kept = keep(imported(log_format.reader)(path, notes, progress), both)
     else:
-        kept = keep(frames_of_log(path, notes, progress), both)
+        kept, decoded = imported(log_format.reader)(path, names, both, notes, progress)
     of_truck = with_groups(kept.frames, identity.PGNS)
     vin = identity.assembled((kept.frames.where(of_truck),))
     if others:
@@ -114,17 +94,17 @@ def _from_bus(
     notes += short_frames_notes(kept.frames, path.name)
     candidates = decode(kept, described, decoded)
     if not candidates:
-        raise _no_signal_recognised(path, kept, described, notes)
+        raise _no_signal_recognised(path, log_format, kept, described, notes)
     return candidates, vin
 
 
 def _no_signal_recognised(
-    path: Path, kept: Kept, described: Sequence[databases.Definition], notes: Sequence[str]
+    path: Path, log_format: Format, kept: Kept, described: Sequence[databases.Definition], notes: Sequence[str]
 ) -> OncenterError:
     if kept.total == 0:
-        flexible = "" if path.suffix.lower() == ".blf" else " (CAN FD is not read)"
+        limits = f" ({log_format.limits})" if log_format.limits else ""
         why = f": {'; '.join(notes)}" if notes else ""
-        return OncenterError(f"no CAN data frames in {path.name}{flexible}{why}", code="empty_log")
+        return OncenterError(f"no CAN data frames in {path.name}{limits}{why}", code="empty_log")
     if described:
         messages = ", ".join(f"{d.message.name} (0x{d.message.frame_id:X})" for d in described)
         return OncenterError(

@@ -22,6 +22,7 @@ _CONNECTION, _TRANSFER = 0xEC00, 0xEB00  # J1939-21's transport protocol
 _ANNOUNCED = (0x20, 0x10)  # control bytes of a broadcast and of a request to send to one address
 _PER_PACKET = 7  # bytes
 PGNS = frozenset((_VEHICLE_IDENTIFICATION, _CONNECTION, _TRANSFER))
+_OF_COLUMNS = (".csv", ".csv.gz", ".parquet")
 _START_NAMES = ("start_time", "start_time_s")
 
 
@@ -32,7 +33,7 @@ def vin_of(path: Path) -> str | None:
     """
     name = path.name.lower()
     try:
-        if name.endswith((".parquet", ".csv", ".csv.gz")):
+        if name.endswith(_OF_COLUMNS):
             return _plain(_stated(path, ("vin", "VIN")))
         if not name.endswith(OF_FRAMES):
             return None
@@ -46,7 +47,7 @@ def start_of(path: Path) -> float | None:
 
     It may be an ISO date (UTC if it names no zone), or seconds since 1970.
     """
-    if not path.name.lower().endswith((".parquet", ".csv", ".csv.gz")):
+    if not path.name.lower().endswith(_OF_COLUMNS):
         return None
     try:
         stated = _stated(path, _START_NAMES)

@@ -17,7 +17,7 @@ from oncenter.simulate.scenario import Scenario, read_scenario
 from oncenter.simulate.sensors import Fault, Sensed, sense
 from oncenter.simulate.truck import check_holdable
 from oncenter.simulate.truth import Truth, truth_of, write_truth
-from oncenter.simulate.write import require_writer, suffix_of, write_log
+from oncenter.simulate.write import format_to_write, require_writer, write_log
 
 __all__ = ["Fault", "Truth", "simulate", "simulate_to_log", "truth_files"]
 
@@ -46,8 +46,8 @@ def simulate_to_log(scenario: str | os.PathLike[str], seed: int, output: str | o
     Args:
         scenario: as for `simulate`.
         seed: as for `simulate`.
-        output: `.log` (candump), `.asc`, `.blf`, `.trc` or `.mf4` for a log of J1939 frames; `.csv`, `.csv.gz` or
-            `.parquet` for the table of signals at 100 Hz.
+        output: its suffix is one of `oncenter.files.log_formats.WRITTEN`. A table has the signals at 100 Hz, any other
+            log their J1939 frames.
 
     Raises:
         OncenterError: as `simulate`; "output", exit code 2: unknown suffix, or it cannot be written; "missing_extra":
@@ -71,7 +71,7 @@ def truth_files(log: Path) -> tuple[Path, Path]:
     Raises:
         OncenterError: "output", exit code 2: logs with this suffix cannot be written.
     """
-    stem = log.name.removesuffix(suffix_of(log))
+    stem = log.name.removesuffix(format_to_write(log).suffixes[0])
     return log.with_name(f"{stem}.truth.parquet"), log.with_name(f"{stem}.truth.toml")
 
 

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from oncenter import _core
+from oncenter.signals import DEGREE
 from oncenter.tuned import TUNED
 
 Random = np.random.Generator
@@ -144,8 +145,8 @@ def truck(drawn: Draw) -> dict[str, Any]:
         "yaw_inertia_kg_m2": 1.1 * mass * front_m * (L - front_m),
         "wheelbase_m": L,
         "front_axle_distance_m": front_m,
-        "front_cornering_stiffness_n_rad": front_kg / math.radians(front_deg),
-        "rear_cornering_stiffness_n_rad": rear_kg / math.radians(rear_deg),
+        "front_cornering_stiffness_n_rad": front_kg / (front_deg * DEGREE),
+        "rear_cornering_stiffness_n_rad": rear_kg / (rear_deg * DEGREE),
     }
 
 

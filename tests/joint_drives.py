@@ -2,7 +2,6 @@
 and roads."""
 
 import functools
-import math
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,6 @@ from oncenter.simulate import Truth, simulate
 Array = npt.NDArray[np.float64]
 Columns = dict[str, Array]
 
-DEGREE = math.pi / 180.0
 RATE_HZ = 100.0
 DURATION_S = 900.0
 ANGLE, YAW_RATE = "steering_wheel_angle_rad", "yaw_rate_rad_s"

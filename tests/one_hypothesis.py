@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE
 
 Array = npt.NDArray[np.float64]
 
-DEGREE = math.pi / 180.0
 RATIO, RATIO_TIMES_WHEELBASE = 19.3, 19.3 * 3.7
 STEP_S, SAMPLES = 0.1, 10
 OFFSET, GRADIENT = 2.0 * DEGREE, 0.4 * DEGREE

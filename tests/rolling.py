@@ -15,7 +15,6 @@ RATE_HZ = 100.0
 WHEELBASE, RATIO = 3.7, 19.3
 TRACK_FRONT, TRACK_REAR = 2.05, 1.83
 CORNERS = ("front_left", "front_right", "rear_left", "rear_right")
-DEGREE = np.pi / 180.0
 
 
 @dataclass(frozen=True)

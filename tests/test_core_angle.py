@@ -8,11 +8,11 @@ import pytest
 
 from oncenter import _core
 from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE
 
 WHEELBASE, TRACK, RATIO = 3.7, 2.05, 19.3
 RATE_HZ = 100.0
 K_US = math.radians(0.4)  # rad/(m/s^2)
-DEG = math.pi / 180.0
 Array = npt.NDArray[np.float64]
 
 
@@ -25,7 +25,7 @@ def front_wheels(angle: float) -> tuple[float, float]:
 @pytest.mark.parametrize("degrees", [-40.0, -10.0, -0.5, 0.0, 2.0, 25.0, 40.0])
 def test_the_exact_formula_is_right_where_the_approximate_one_is_not(degrees: float) -> None:
     """(2) in both directions; (3) has an error of 10 % at 40 deg."""
-    angle = degrees * DEG
+    angle = degrees * DEGREE
     found = lib.oc_front_wheel_exact(WHEELBASE, TRACK, *front_wheels(angle), 0.0)
     assert found == pytest.approx(angle, abs=1e-9)
     left, right = front_wheels(angle)
@@ -53,7 +53,7 @@ def test_side_slip_and_steady_state_agree_on_the_front_wheel_angle() -> None:
 
 def test_the_front_tyres_slip_is_learned_and_subtracted() -> None:
     """(23): a receiver misaligned by 0.5 deg, 1.3 m behind the front axle; tyre slip of 0.4 deg per m/s^2."""
-    turned, behind, slip, v = 0.5 * DEG, 1.3, 0.4 * DEG, 20.0
+    turned, behind, slip, v = 0.5 * DEGREE, 1.3, 0.4 * DEGREE, 20.0
     evidence = ffi.new("oc_side_slip_evidence *")
     ticks = []
     for k in range(6000):
@@ -65,7 +65,7 @@ def test_the_front_tyres_slip_is_learned_and_subtracted() -> None:
     for tick, front in ticks:
         lib.oc_side_slip_learn(evidence, tick, front, 1.0 / RATE_HZ, 600.0)
     found = [lib.oc_side_slip_front_wheel(evidence, tick, WHEELBASE) for tick, _ in ticks[::100]]
-    assert found == pytest.approx([front for _, front in ticks[::100]], abs=0.1 * DEG)
+    assert found == pytest.approx([front for _, front in ticks[::100]], abs=0.1 * DEGREE)
 
 
 @pytest.mark.parametrize("terms", [[], [0.0, 0.0518, 0.0, -0.0003], [0.001, 0.05, 1e-4, -2e-4, 1e-6]])
@@ -127,11 +127,11 @@ def bends(seconds: float, speed: float, backlash: float = 0.0) -> tuple[Array, A
 
 
 def test_steady_bends_give_the_angle_including_the_play() -> None:
-    for backlash in (0.0, 8.0 * DEG):
+    for backlash in (0.0, 8.0 * DEGREE):
         r, v, a, angle = bends(40.0, 20.0, backlash)
         found = observe(r, v, a, np.full_like(r, np.nan), backlash=backlash)
         clear = np.abs(a) > 0.3
-        assert np.abs(found["angle"] - angle)[clear][200:].max() < 1.0 * DEG
+        assert np.abs(found["angle"] - angle)[clear][200:].max() < 1.0 * DEGREE
 
 
 def test_without_any_sensor_the_angle_is_ackermanns_with_a_wide_interval() -> None:
@@ -140,24 +140,24 @@ def test_without_any_sensor_the_angle_is_ackermanns_with_a_wide_interval() -> No
     found = observe(r, v, a, np.full_like(r, np.nan), identified=False)
     assert set(found["status"]) == {_core.STATUSES.index("unobservable")}
     ackermann = RATIO * WHEELBASE * r / v
-    assert np.sqrt(np.mean((found["angle"] - ackermann)[500:] ** 2)) < 1.0 * DEG
+    assert np.sqrt(np.mean((found["angle"] - ackermann)[500:] ** 2)) < 1.0 * DEGREE
     assert np.all(np.abs(found["angle"] - angle)[500:] < 1.96 * found["standard_deviation"][500:])
 
 
 def test_before_learning_the_interval_of_the_measured_angle_includes_the_offset() -> None:
     r, v, a, angle = bends(20.0, 20.0)
     found = observe(r, v, a, angle, identified=False)
-    assert found["standard_deviation"][500:] == pytest.approx(5.0 * DEG, rel=1e-3)
+    assert found["standard_deviation"][500:] == pytest.approx(5.0 * DEGREE, rel=1e-3)
 
 
 def test_the_angle_does_not_jump_when_the_sensor_is_lost() -> None:
     r, v, a, angle = bends(60.0, 20.0)
-    sensor = angle + 3.0 * DEG
+    sensor = angle + 3.0 * DEGREE
     sensor[3500:] = np.nan
     found = observe(r, v, a, sensor)
-    assert np.abs(np.diff(found["angle"])).max() < 0.5 * DEG
+    assert np.abs(np.diff(found["angle"])).max() < 0.5 * DEGREE
     assert found["angle"][3400] == pytest.approx(sensor[3400], abs=1e-9)
-    assert found["angle"][4200] == pytest.approx(angle[4200], abs=1.0 * DEG)
+    assert found["angle"][4200] == pytest.approx(angle[4200], abs=1.0 * DEGREE)
 
 
 def test_at_standstill_the_angle_is_held_and_its_interval_widens() -> None:
@@ -185,7 +185,7 @@ def test_a_flank_is_uncertain_where_the_neutral_acceleration_is_uncertain() -> N
     """Lateral force of 0.3 m/s^2 with friction of 0.1: a certain flank, unless a_0 has an sd of as much."""
     v, a = np.full(2000, 20.0), np.full(2000, 0.4)
     sure, unsure = (
-        observe(a / v, v, a, np.full_like(a, np.nan), backlash=15.0 * DEG, unloading_sd=sd)["standard_deviation"][-1]
+        observe(a / v, v, a, np.full_like(a, np.nan), backlash=15.0 * DEGREE, unloading_sd=sd)["standard_deviation"][-1]
         for sd in (0.02, 0.4)
     )
     assert unsure > 3.0 * sure
@@ -201,7 +201,7 @@ def test_the_flattening_at_large_angles_is_learned() -> None:
     angle = RATIO * (front - 0.5 * front**3 + K_US * a)
     sensor = np.where(t < 60.0, angle, np.nan)
     untaught, taught = (observe(r, speed, a, column) for column in (np.full_like(t, np.nan), sensor))
-    judged = (t > 70.0) & (np.abs(angle) > 200.0 * DEG)
+    judged = (t > 70.0) & (np.abs(angle) > 200.0 * DEGREE)
     share, before = (np.abs(found["angle"][judged] / angle[judged] - 1.0).max() for found in (taught, untaught))
     assert before > 0.06
     assert share < 0.01

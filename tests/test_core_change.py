@@ -1,6 +1,5 @@
 """Change detection by CUSUMs, on errors of random numbers."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -8,10 +7,10 @@ import numpy.typing as npt
 import pytest
 
 from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE
 
 Array = npt.NDArray[np.float64]
 
-DEGREE = math.pi / 180.0
 USUAL = 0.4 * DEGREE
 SHARP = 0.004  # 1/m
 

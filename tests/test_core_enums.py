@@ -9,11 +9,12 @@ from random_drives import Array, drive
 from saved_ecu import Ecu, legs, sealed
 from test_core_change import bends, detected, noise
 from test_core_reach import CAUSES, SPEED, WHEELS, YAW_RATE, core_of, refusal, steady
-from test_core_sensor_fault import DEG, judged, weaving
+from test_core_sensor_fault import judged, weaving
 from test_message import trouble_after
 
 from oncenter import _core
 from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE
 
 ENUMS = [name for name in ffi.list_types()[0] if name.startswith("oc_") and ffi.typeof(name).kind == "enum"]
 
@@ -76,17 +77,17 @@ def faults() -> set[int]:
     spoiled = (
         np.where(after, np.nan, true),
         np.where(after, true[4_000], true),
-        true + np.where(after, 30.0 * DEG, 0.0),
-        true + np.maximum(np.arange(12_000) - 4_000, 0) * 0.004 * DEG,
+        true + np.where(after, 30.0 * DEGREE, 0.0),
+        true + np.maximum(np.arange(12_000) - 4_000, 0) * 0.004 * DEGREE,
         np.where(after, -true, true),
-        np.where(gone, np.nan, true - np.where(after, 25.0 * DEG, 0.0)),
+        np.where(gone, np.nan, true - np.where(after, 25.0 * DEGREE, 0.0)),
     )
     return {_core.FAULTS.index(name) for measured in spoiled for name in judged(measured, true)}
 
 
 def changes() -> set[int]:
     after = np.arange(600) >= 300
-    offset, loaded = noise(1, 600) + after * 3.0 * DEG, noise(2, 600) + after * 2.0 * DEG * np.sign(bends(600))
+    offset, loaded = noise(1, 600) + after * 3.0 * DEGREE, noise(2, 600) + after * 2.0 * DEGREE * np.sign(bends(600))
     return {lib.OC_CHANGE_NONE} | {
         change.kind for errors in (offset, loaded) for _, change in detected(errors, bends(600))
     }
@@ -176,7 +177,7 @@ def test_during_a_fault_the_offset_is_invalid_and_keeps_its_value() -> None:
         assert before in ("valid", "converging")
         assert set(status[begin : begin + 490]) == {before}  # a log or an ignition may end there
         assert set(status[begin + 500 : end + 99]) == {"invalid"}  # lost from 5 s on, back after a second
-        assert outputs["offset"][end - 1] == pytest.approx(outputs["offset"][begin - 1], abs=0.1 * DEG)
+        assert outputs["offset"][end - 1] == pytest.approx(outputs["offset"][begin - 1], abs=0.1 * DEGREE)
         assert status[end + 110] == before
         core = core_of(method, "observer")
         core.run({name: column[:end] for name, column in lost_for(begin, end).items()})

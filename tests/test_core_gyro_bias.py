@@ -12,11 +12,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from real_data import real_drive
-from rolling import CORNERS, DEGREE, RATE_HZ, TRACK_REAR, Array, Truth, as_ebc2, core_of, course, rolling
+from rolling import CORNERS, RATE_HZ, TRACK_REAR, Array, Truth, as_ebc2, core_of, course, rolling
 
 from oncenter import _core
 from oncenter._native import ffi, lib
 from oncenter.read import read
+from oncenter.signals import DEGREE
 from oncenter.simulate import simulate, simulate_to_log
 
 YAW_RATE = "yaw_rate_rad_s"

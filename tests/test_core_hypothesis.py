@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from one_hypothesis import (
     CREEP_TERM,
-    DEGREE,
     FIFTH_WHEEL_ANGLE,
     FIFTH_WHEEL_TERM,
     FRICTION_TERM,
@@ -31,6 +30,7 @@ from one_hypothesis import (
 )
 
 from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE
 
 
 def moved(

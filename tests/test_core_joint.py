@@ -8,7 +8,6 @@ import pytest
 from joint_drives import (
     ANGLE,
     CREEPING,
-    DEGREE,
     DURATION_S,
     MIRRORED,
     RATE_HZ,
@@ -28,6 +27,7 @@ from joint_drives import (
 
 from oncenter import _core
 from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE
 
 # Accuracy
 

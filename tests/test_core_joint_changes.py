@@ -8,7 +8,6 @@ import pytest
 from joint_drives import (
     ANGLE,
     CREEPING,
-    DEGREE,
     DURATION_S,
     LIFTED,
     RATE_HZ,
@@ -23,6 +22,7 @@ from joint_drives import (
 
 from oncenter import _core
 from oncenter._native import lib
+from oncenter.signals import DEGREE
 
 
 @pytest.mark.parametrize("step", [5.0, -3.0])

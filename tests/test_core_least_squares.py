@@ -9,7 +9,6 @@ from one_hypothesis import (
     BIAS_TERM,
     CREEP_MEAN,
     CREEP_TERM,
-    DEGREE,
     FRICTION_MEAN,
     FRICTION_TERM,
     GRADIENT_MEAN,
@@ -34,6 +33,7 @@ from one_hypothesis import (
 from scipy import stats
 
 from oncenter._native import lib
+from oncenter.signals import DEGREE
 
 
 def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:

@@ -1,6 +1,5 @@
 """The monitor of the steering wheel angle sensor: faults, their names, and cases without a fault."""
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,16 +8,16 @@ import pytest
 
 from oncenter import _core
 from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE
 
 RATE_HZ = 100.0
-DEG = math.pi / 180.0
 Array = npt.NDArray[np.float64]
 
 
 def judged(
     measured: Array,
     estimate: Array,
-    sd: float = 1.0 * DEG,
+    sd: float = 1.0 * DEGREE,
     offset: float = 0.0,
     offset_sd: Array | None = None,
     flank_deficit: float = 0.0,
@@ -59,13 +58,13 @@ def judged(
 
 def weaving() -> Array:
     t = np.arange(12_000) / RATE_HZ
-    return 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0)
+    return 25.0 * DEGREE * np.sin(2.0 * np.pi * t / 11.0)
 
 
 def test_a_healthy_sensor_has_no_fault_whatever_its_offset() -> None:
     true = weaving()
-    noisy = true + np.random.default_rng(1).normal(0.0, 1.5 * DEG, len(true))
-    assert set(judged(true + 7.0 * DEG, noisy, offset=7.0 * DEG)) == {"none"}
+    noisy = true + np.random.default_rng(1).normal(0.0, 1.5 * DEGREE, len(true))
+    assert set(judged(true + 7.0 * DEGREE, noisy, offset=7.0 * DEGREE)) == {"none"}
 
 
 @pytest.mark.parametrize(
@@ -78,11 +77,11 @@ def test_a_fault_is_detected_with_its_name(name: str, within_s: float) -> None:
     spoiled = {
         "lost": np.where(after, np.nan, true),
         "stuck": np.where(after, true[at], true),
-        "jumped": true + np.where(after, 30.0 * DEG, 0.0),
-        "drifting": true + np.maximum(np.arange(len(true)) - at, 0) / RATE_HZ * 0.4 * DEG,
+        "jumped": true + np.where(after, 30.0 * DEGREE, 0.0),
+        "drifting": true + np.maximum(np.arange(len(true)) - at, 0) / RATE_HZ * 0.4 * DEGREE,
         "wrong_sign": np.where(after, -true, true),
         "remounted": np.where(
-            after & (np.arange(len(true)) < at + 300), np.nan, true + np.where(after, -25.0 * DEG, 0.0)
+            after & (np.arange(len(true)) < at + 300), np.nan, true + np.where(after, -25.0 * DEGREE, 0.0)
         ),
     }[name]
     names = judged(spoiled, true)
@@ -95,24 +94,24 @@ def test_a_fault_is_detected_with_its_name(name: str, within_s: float) -> None:
 def test_a_drift_masked_by_play_is_detected_by_its_mean() -> None:
     """Never beyond the limit of 10 deg, and half of the time far below it. The same to both sides gives no fault."""
     true = weaving()
-    off = np.where(np.arange(len(true)) // 100 % 2, 9.5 * DEG, 4.5 * DEG)
+    off = np.where(np.arange(len(true)) // 100 % 2, 9.5 * DEGREE, 4.5 * DEGREE)
     names = judged(true + off, true)
     assert set(names[:2000]) == {"none"} and names[5000] == "drifting"
-    assert set(judged(true + off - 7.0 * DEG, true)) == {"none"}
+    assert set(judged(true + off - 7.0 * DEGREE, true)) == {"none"}
 
 
 def test_a_drift_is_detected_although_learning_follows_it_with_a_growing_sd() -> None:
     true, at = weaving(), 2000
-    drift = 0.2 * DEG * np.maximum(np.arange(len(true)) - at, 0) / RATE_HZ
-    names = judged(true + drift, true, offset_sd=0.5 * DEG + 0.3 * drift)
+    drift = 0.2 * DEGREE * np.maximum(np.arange(len(true)) - at, 0) / RATE_HZ
+    names = judged(true + drift, true, offset_sd=0.5 * DEGREE + 0.3 * drift)
     assert set(names[: at + 4000]) == {"none"} and names[at + 6000] == "drifting"
     # with a larger sd before, the same drift is below the limit
-    assert set(judged(true + drift, true, offset_sd=np.full(len(true), 7.0 * DEG))) == {"none"}
+    assert set(judged(true + drift, true, offset_sd=np.full(len(true), 7.0 * DEGREE))) == {"none"}
 
 
 def test_a_rarely_loaded_flank_widens_the_limit() -> None:
     true = weaving()
-    off = np.where(np.arange(len(true)) % 4000 > 3000, 11.0 * DEG, 0.0)
+    off = np.where(np.arange(len(true)) % 4000 > 3000, 11.0 * DEGREE, 0.0)
     assert set(judged(true + off, true, flank_deficit=1.0)) == {"none"}
     assert "none" not in judged(true + off, true)[3600:4000]
 
@@ -120,7 +119,7 @@ def test_a_rarely_loaded_flank_widens_the_limit() -> None:
 def test_a_fault_ends_late() -> None:
     true = weaving()
     spoiled = true.copy()
-    spoiled[2000:3000] += 30.0 * DEG
+    spoiled[2000:3000] += 30.0 * DEGREE
     names = judged(spoiled, true)
     assert names[2900] == "jumped" and names[3500] == "jumped" and names[-1] == "none"
 
@@ -129,14 +128,14 @@ def test_bends_of_a_few_degrees_reveal_a_reversed_sign() -> None:
     """The difference is always below 10 deg."""
     true = 0.16 * weaving()
     after = np.arange(len(true)) >= 4000
-    names = judged(np.where(after, -true, true), true + np.random.default_rng(2).normal(0.0, 1.0 * DEG, len(true)))
+    names = judged(np.where(after, -true, true), true + np.random.default_rng(2).normal(0.0, 1.0 * DEGREE, len(true)))
     assert set(names[:4000]) == {"none"}
     assert names[-1] == "wrong_sign"
 
 
 def test_a_reversed_sign_does_not_end_on_a_straight() -> None:
     true = weaving()
-    true[6000:] = np.random.default_rng(3).normal(0.0, 0.3 * DEG, 6000)  # small motions of the hands
+    true[6000:] = np.random.default_rng(3).normal(0.0, 0.3 * DEGREE, 6000)  # small motions of the hands
     names = judged(np.where(np.arange(len(true)) >= 2000, -true, true), true)
     assert set(names[5900:]) == {"wrong_sign"}
 
@@ -144,7 +143,7 @@ def test_a_reversed_sign_does_not_end_on_a_straight() -> None:
 @pytest.mark.parametrize("parked_deg", [-600.0, -100.0, 100.0])
 def test_a_wheel_parked_at_an_angle_gives_no_reversed_sign(parked_deg: float) -> None:
     true = weaving()
-    true[:500] = parked_deg * DEG
+    true[:500] = parked_deg * DEGREE
     estimate, speed = np.where(np.arange(len(true)) < 500, 0.0, true), np.where(np.arange(len(true)) < 500, 0.0, 15.0)
     assert set(judged(true, estimate, speed=speed)) == {"none"}
 
@@ -163,7 +162,7 @@ def test_a_lag_after_frozen_signals_gives_no_reversed_sign(frozen: str) -> None:
     true = 0.3 * np.tile(weaving(), 3)
     begins, length = range(500, len(true) - 500, 1137), 300 if frozen == "motion" else 90
     for begin in begins:
-        true[begin - 300 : begin + 45] += 60.0 * DEG * np.sin(np.linspace(0.0, 0.9 * np.pi, 345))
+        true[begin - 300 : begin + 45] += 60.0 * DEGREE * np.sin(np.linspace(0.0, 0.9 * np.pi, 345))
     measured, estimate, speed = true.copy(), true.copy(), np.full(len(true), 15.0)
     for begin in begins:
         still, late = slice(begin, begin + length), slice(begin + length, begin + length + 30)
@@ -182,7 +181,7 @@ def test_single_missing_ticks_do_not_mask_a_reversed_sign(missing: str) -> None:
     true = 0.3 * weaving()
     measured, speed = np.where(np.arange(len(true)) >= 4000, -true, true), np.full(len(true), 15.0)
     (speed if missing == "motion" else measured)[::90] = 0.0 if missing == "motion" else np.nan
-    names = judged(measured, true + np.random.default_rng(2).normal(0.0, 1.0 * DEG, len(true)), speed=speed)
+    names = judged(measured, true + np.random.default_rng(2).normal(0.0, 1.0 * DEGREE, len(true)), speed=speed)
     assert set(names[:4000]) == {"none"}
     assert names[-1] == "wrong_sign"
 
@@ -191,9 +190,9 @@ def test_kerbs_and_stability_control_give_no_reversed_sign() -> None:
     """Each kicks the wheel by up to 40 deg and the truck's motion by up to 30 deg, with independent signs."""
     random = np.random.default_rng(5)
     true = 0.3 * np.tile(weaving(), 5)
-    measured, estimate = true.copy(), true + random.normal(0.0, 1.0 * DEG, len(true))
+    measured, estimate = true.copy(), true + random.normal(0.0, 1.0 * DEGREE, len(true))
     for begin in range(500, len(true) - 200, 1000):
-        kick = np.sin(np.linspace(0.0, np.pi, int(random.integers(20, 150)))) * DEG
+        kick = np.sin(np.linspace(0.0, np.pi, int(random.integers(20, 150)))) * DEGREE
         measured[begin : begin + len(kick)] += random.uniform(-40.0, 40.0) * kick
         estimate[begin : begin + len(kick)] += random.uniform(-30.0, 30.0) * kick
     assert set(judged(measured, estimate)) == {"none"}
@@ -201,9 +200,9 @@ def test_kerbs_and_stability_control_give_no_reversed_sign() -> None:
 
 def test_a_sensor_is_remounted_after_the_end_of_a_drift() -> None:
     t = np.arange(72_000) / RATE_HZ
-    true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(6).normal(0.0, 0.3 * DEG, len(t))
+    true = 25.0 * DEGREE * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(6).normal(0.0, 0.3 * DEGREE, len(t))
     for rate, end in [(0.4, "remounted"), (0.025, "drifting")]:  # deg/s; the second one never ends
-        drift = np.minimum(rate * t, 24.0) * DEG
+        drift = np.minimum(rate * t, 24.0) * DEGREE
         names = judged(true + drift, true)
         assert names[-1] == end
         first = names.index("drifting")
@@ -213,18 +212,18 @@ def test_a_sensor_is_remounted_after_the_end_of_a_drift() -> None:
 def test_kerbs_and_bends_do_not_reset_the_steady_time() -> None:
     """One second in twenty has 8 deg more, to either side. With every other second the sensor is not steady."""
     t = np.arange(66_000) / RATE_HZ
-    true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(8).normal(0.0, 0.3 * DEG, len(t))
-    drift = np.minimum(0.4 * t, 24.0) * DEG
+    true = 25.0 * DEGREE * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(8).normal(0.0, 0.3 * DEGREE, len(t))
+    drift = np.minimum(0.4 * t, 24.0) * DEGREE
     for period_s, end in [(20.0, "remounted"), (2.0, "drifting")]:
         kick = np.sin(np.pi * np.minimum(t % period_s, 1.0)) * np.where(t // period_s % 2.0 < 1.0, 1.0, -1.0)
-        off = 8.0 * DEG * kick
+        off = 8.0 * DEGREE * kick
         assert judged(true + drift + off, true)[-1] == end
 
 
 def test_the_steady_time_of_a_fault_does_not_count_for_the_next_one() -> None:
     t = np.arange(56_000) / RATE_HZ
-    true = 25.0 * DEG * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(7).normal(0.0, 0.3 * DEG, len(t))
-    drift = np.interp(t, [0.0, 60.0, 340.0, 345.0, 370.0, 500.0], [0.0, 8.0, 8.0, 4.5, 4.5, 26.0]) * DEG
+    true = 25.0 * DEGREE * np.sin(2.0 * np.pi * t / 11.0) + np.random.default_rng(7).normal(0.0, 0.3 * DEGREE, len(t))
+    drift = np.interp(t, [0.0, 60.0, 340.0, 345.0, 370.0, 500.0], [0.0, 8.0, 8.0, 4.5, 4.5, 26.0]) * DEGREE
     names = judged(true + drift, true)
     assert names[33_000] == "drifting" and names[37_000] == "none"
     assert "drifting" in names[40_000:] and "remounted" not in names
@@ -233,8 +232,8 @@ def test_the_steady_time_of_a_fault_does_not_count_for_the_next_one() -> None:
 @pytest.mark.parametrize("before", ["stuck", "drifting", "wrong_sign"])
 def test_a_replaced_sensor_is_remounted(before: str) -> None:
     true = np.tile(weaving(), 3)
-    true += np.random.default_rng(4).normal(0.0, 0.3 * DEG, len(true))
-    names = judged(true + 8.0 * DEG, true, before=before)
+    true += np.random.default_rng(4).normal(0.0, 0.3 * DEGREE, len(true))
+    names = judged(true + 8.0 * DEGREE, true, before=before)
     assert names[0] == before and set(names[:29_000]) == {before} and names[-1] == "remounted"
     still_wrong = {"stuck": np.full(len(true), 0.3), "wrong_sign": -true}.get(before)
     if still_wrong is not None:
@@ -250,13 +249,13 @@ def test_an_angle_beyond_the_limit_is_excluded_before_the_fault() -> None:
     watch, kept = ffi.new("oc_fault_watch *"), ffi.new("oc_fault_evidence *")
     states = []
     for k in range(3000):
-        off = 12.0 * DEG if k >= 2000 else 0.0
+        off = 12.0 * DEGREE if k >= 2000 else 0.0
         tick = {
             "time": k / RATE_HZ,
             "tick_s": 1.0 / RATE_HZ,
             "judged_s": 1.0 / RATE_HZ,
             "measured": off + 0.01 * (k % 7),
-            "sd": DEG,
+            "sd": DEGREE,
             "speed": 15.0,
         }
         fault = lib.oc_fault_update(

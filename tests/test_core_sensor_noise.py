@@ -5,12 +5,13 @@ import math
 import numpy as np
 import numpy.typing as npt
 import pytest
-from joint_drives import DEGREE, RATE_HZ, TIGHT, YAW_RATE, answer_of, core_for, driven, ran
+from joint_drives import RATE_HZ, TIGHT, YAW_RATE, answer_of, core_for, driven, ran
 from one_hypothesis import Learner, Play
 from one_hypothesis import driven as hypothesis_drive
 from scipy.signal import butter, lfilter, sosfilt
 
 from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE
 
 Array = npt.NDArray[np.float64]
 

@@ -17,7 +17,7 @@ from oncenter import _core, export
 from oncenter._native import ffi, lib
 from oncenter.live.learner import Learner
 from oncenter.read.whole_turns import without_whole_turns
-from oncenter.signals import Signals
+from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import core_of
 
 # Play with torque, a gyro that drifts, a step, whole turns, a correction, a failure; the others run at night.
@@ -31,7 +31,6 @@ NAMES = [
 TRUCK = oc.vehicle("scania_r730_4x2")
 LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")
 CHECKED_S = 120.0  # of a drive tick by tick in Python, which is slow; whole drives elsewhere
-DEGREE = np.pi / 180.0
 
 
 def columns_of(drive: Signals) -> dict[str, np.ndarray[Any, Any]]:

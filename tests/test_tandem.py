@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from joint_drives import ANGLE, core_for, driven, ran
 from layouts import scenario
-from test_core_angle import DEG, K_US, RATIO, WHEELBASE, observe
+from test_core_angle import K_US, RATIO, WHEELBASE, observe
 
 import oncenter as oc
 from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE
 from oncenter.simulate.truck import steered_force_n
 from oncenter.thesis.steady import LAYOUTS
 from oncenter.vehicle import vehicle_from
@@ -71,12 +72,12 @@ def test_without_its_sensor_the_wheel_is_on_the_flank_that_the_front_tyres_are_p
 ) -> None:
     """A slow turn to the right, banked so that it is no side force to the truck, but to its front axle, whether the
     truck drives forward or backs up."""
-    n, r, play, a = 3000, -0.1, 6.0 * DEG, 0.25
+    n, r, play, a = 3000, -0.1, 6.0 * DEGREE, 0.25
     found = observe(
         np.full(n, r), np.full(n, v), np.full(n, a), np.full(n, np.nan), backlash=play, tandem=tandem, friction=0.1
     )
     steady = RATIO * (WHEELBASE * r / v + K_US * a)
-    assert found["angle"][-1] == pytest.approx(steady + 0.5 * place * play, abs=0.1 * DEG)
+    assert found["angle"][-1] == pytest.approx(steady + 0.5 * place * play, abs=0.1 * DEGREE)
 
 
 def test_estimates_with_an_axle_layout_are_used_with_it() -> None:
@@ -91,7 +92,7 @@ def test_estimates_with_an_axle_layout_are_used_with_it() -> None:
         core.run({name: column[40_000:40_500] for name, column in columns.items()})
         after = {name: column[40_500:] for name, column in columns.items()}
         angles.append(ran(after | {ANGLE: np.full(len(after[ANGLE]), np.nan)}, core)["angle"]["angle"])
-    assert np.abs(angles[0] - angles[1]).max() > 1.0 * DEG
+    assert np.abs(angles[0] - angles[1]).max() > 1.0 * DEGREE
 
 
 @pytest.mark.slow
@@ -114,6 +115,6 @@ def test_a_laden_three_axle_truck_is_measured_the_better_for_its_layout(tmp_path
         for vehicle, errors in ((told, with_layout), (told.model_copy(update={"params": {}}), without)):
             offset = oc.offset(signals, vehicle).offset
             assert offset.value is not None
-            errors.append((offset.value - true) / DEG)
+            errors.append((offset.value - true) / DEGREE)
     assert abs(np.median(without)) > 0.12 > abs(np.median(with_layout))
     assert abs(np.median(without) - np.median(with_layout)) > 0.04

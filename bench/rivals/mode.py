@@ -7,10 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 from numba import njit
 
+from oncenter.signals import DEGREE
 from rivals import EVERY_TENTH, MINUTE_TICKS, Array, Course, Known, without_interval
 
 SPEED_MIN_M_S = 10.0  # the thesis's, 5.1
-BIN_RAD = np.radians(0.5)
+BIN_RAD = 0.5 * DEGREE
 BINS = 721  # up to 180 deg to either side
 WINDOW = 6000  # angles at 10 Hz, ten minutes above the minimum speed
 ANGLES_MIN = 200

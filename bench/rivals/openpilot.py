@@ -17,24 +17,22 @@ from collections.abc import Mapping
 import numpy as np
 from numba import njit
 
-from oncenter.signals import STANDARD_GRAVITY
+from oncenter.signals import DEGREE, STANDARD_GRAVITY
 from rivals import MINUTE_TICKS, Array, Course, Known
 
 TICK_S = 0.01
 SLOW_TICKS = 5  # 20 Hz
 SPEED_MIN_M_S = 1.0
-ANGLE_MAX_RAD = np.radians(45.0)
-OFFSET_VALID_MAX_RAD = np.radians(10.0)
+ANGLE_MAX_RAD = 45.0 * DEGREE
+OFFSET_VALID_MAX_RAD = 10.0 * DEGREE
 RATIO_VALID, STIFFNESS_VALID = (0.5, 2.0), (0.2, 5.0)  # relative to the initial value
 # Standard deviation of each state's change per second; its square is also the initial covariance.
-WANDER = np.array(
-    [5e-4, 0.01, np.radians(0.02), np.radians(0.25), 0.1, 0.01, np.radians(0.1), np.radians(0.1), np.radians(1.0)]
-)
-ANGLE_SD_RAD = np.radians(0.05)
+WANDER = np.array([5e-4, 0.01, 0.02 * DEGREE, 0.25 * DEGREE, 0.1, 0.01, 0.1 * DEGREE, 0.1 * DEGREE, 1.0 * DEGREE])
+ANGLE_SD_RAD = 0.05 * DEGREE
 SPEED_SD_M_S = 0.1
-YAW_RATE_SD_RAD_S = np.radians(0.1)  # Table 1's noise
-ROLL_SD_RAD = np.radians(1.0)
-FAST_OFFSET_SD_RAD = np.radians(10.0)
+YAW_RATE_SD_RAD_S = 0.1 * DEGREE  # Table 1's noise
+ROLL_SD_RAD = 1.0 * DEGREE
+FAST_OFFSET_SD_RAD = 10.0 * DEGREE
 
 STATES = 9
 STIFFNESS, RATIO, SLOW, FAST, U, V, YAW_RATE, ANGLE, ROLL = range(STATES)

@@ -10,12 +10,13 @@ from collections.abc import Mapping
 import numpy as np
 from numba import njit
 
+from oncenter.signals import DEGREE
 from rivals import MINUTE_TICKS, Array, Course, Known, without_interval
 from rivals.straight import RATE_HZ, straight
 
 MEMORY_TICKS = round(5.0 * RATE_HZ)
 KEPT = math.exp(-1.0 / MEMORY_TICKS)  # weight factor of older values per tick
-STANDS_RAD = math.radians(0.5)  # maximum change within one memory time
+STANDS_RAD = 0.5 * DEGREE  # maximum change within one memory time
 
 
 def rls(columns: Mapping[str, Array], known: Known) -> Course:

@@ -2,6 +2,7 @@
 
 from datetime import UTC, datetime, timedelta
 
+EPOCH_S = 1e8  # larger times are s since 1970, smaller ones s since the start of the log
 _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 

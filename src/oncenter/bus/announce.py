@@ -7,10 +7,11 @@ from typing import Any, Protocol
 
 from oncenter import _core
 from oncenter.bus.monitor import Monitor
+from oncenter.signals import DEGREE
 
 RESULT_EVERY_S = 0.1
 DM1_EVERY_S = 1.0
-OFFSET_MAX_RAD = math.radians(5.0)  # tuned: lane keeping and stability control need less
+OFFSET_MAX_RAD = 5.0 * DEGREE  # tuned: lane keeping and stability control need less
 
 
 class Application(Protocol):

@@ -12,6 +12,7 @@ from oncenter.cli.options import progress_bar
 from oncenter.cli.standard_input import STANDARD_INPUT, as_file
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import OF_FRAMES
+from oncenter.utc import EPOCH_S
 
 if TYPE_CHECKING:
     from oncenter.cli.places import Places
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
-_EPOCH_S = 1e8  # larger times are since 1970, smaller ones since the begin of the log
 _ANGLE = ("steering_wheel_angle",)
 
 
@@ -97,7 +97,7 @@ def _identified(path: Path, drive: Signals, file: Path) -> _Log:
 
     first_s = float(drive.columns["time_s"][0])
     vin = drive.vin if file.name.lower().endswith(OF_FRAMES) else vin_of(file)
-    return _Log(path, drive, vin, first_s if first_s > _EPOCH_S else start_of(file))
+    return _Log(path, drive, vin, first_s if first_s > EPOCH_S else start_of(file))
 
 
 def _refuse_another_truck(logs: Sequence[_Log]) -> None:
@@ -169,7 +169,7 @@ def _overlaps(drives: Sequence[Signals]) -> list[Finding]:
     def span(drive: Signals) -> tuple[float, float]:
         return float(drive.columns["time_s"][0]), float(drive.columns["time_s"][-1])
 
-    dated = sorted((drive for drive in drives if span(drive)[0] > _EPOCH_S), key=span)
+    dated = sorted((drive for drive in drives if span(drive)[0] > EPOCH_S), key=span)
     return [
         Finding(
             "logs_overlap",

@@ -25,9 +25,9 @@ from oncenter.read.here import read_here
 from oncenter.read.identity import start_of, vin_of
 from oncenter.signals import DEGREE, Signals
 from oncenter.tuned import TUNED
+from oncenter.utc import EPOCH_S
 from oncenter.vehicle import Vehicle
 
-_EPOCH_S = 1e8  # later times are absolute, since 1970; earlier ones are relative to the start of the log
 _DATE = re.compile(
     r"(?<!\d)((?:19|20)\d\d)-?([01]\d)-?([0-3]\d)[T_ -]?([0-2]\d)[-:.h]?([0-5]\d)(?:[-:.m]?([0-5]\d))?(?!\d)"
 )
@@ -156,7 +156,7 @@ def when(log: LogFile, path: Path, signals: Signals) -> dict[str, Any]:
 
 def _starts(log: LogFile, path: Path, signals: Signals) -> Iterator[tuple[str, float | None]]:
     first, last = float(signals.columns["time_s"][0]), float(signals.columns["time_s"][-1])
-    yield "log", first if first > _EPOCH_S else None
+    yield "log", first if first > EPOCH_S else None
     yield "metadata", start_of(path)
     for part in reversed(PurePosixPath(log.uri.replace("\\", "/")).parts):
         yield "name", _dated(part)

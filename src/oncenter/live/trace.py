@@ -23,9 +23,8 @@ from oncenter.files.extra import require_package
 from oncenter.files.whole_file import check_place, whole_file
 from oncenter.live.learner import Stepped
 from oncenter.signals import DEGREE
-from oncenter.utc import utc
+from oncenter.utc import EPOCH_S, utc
 
-_EPOCH_S = 1e8  # later times are absolute, since 1970
 _UNITS = {"s": "s", "deg": "deg", "deg_s": "deg/s", "m_s": "m/s", "m_s2": "m/s^2", "deg_m_s2": "deg/(m/s^2)"}
 
 # By column, with deg for rad: the name ends in the unit.
@@ -166,7 +165,7 @@ def _write_mf4(columns: Mapping[str, Any], path: Path) -> None:
     from asammdf import MDF, Signal
 
     time = columns["time_s"]
-    start_s = float(time[0]) if time[0] > _EPOCH_S else 0.0
+    start_s = float(time[0]) if time[0] > EPOCH_S else 0.0
     with MDF(version="4.10") as mdf:
         if start_s:
             mdf.start_time = utc(start_s)

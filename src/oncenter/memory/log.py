@@ -11,8 +11,8 @@ import numpy as np
 
 from oncenter.read.identity import start_of
 from oncenter.signals import SIGNALS, Signals
+from oncenter.utc import EPOCH_S
 
-_EPOCH_S = 1e8  # later times are of day and year, earlier ones since the log's start
 _LAST_S = 2.5e11  # year 9892; a file system can have any time
 _KEY_OF = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
 _KEY_DIGITS = 16
@@ -30,7 +30,7 @@ def key_of(drive: Signals) -> str:
 def start_in_log(drive: Signals, path: Path | None) -> float | None:
     """s since 1970: by the log's own time stamps, or by a table's `start_time`; None where it has neither."""
     first = float(drive.columns["time_s"][0])
-    if _EPOCH_S < first < _LAST_S:
+    if EPOCH_S < first < _LAST_S:
         return first
     return None if path is None else start_of(path)
 
@@ -38,7 +38,7 @@ def start_in_log(drive: Signals, path: Path | None) -> float | None:
 def start_of_drive(drive: Signals, path: str | os.PathLike[str] | None = None) -> float:
     """As `start_in_log`, else from the file's last change less the drive's length; the present time without a file."""
     first, last = float(drive.columns["time_s"][0]), float(drive.columns["time_s"][-1])
-    if _EPOCH_S < first < _LAST_S:
+    if EPOCH_S < first < _LAST_S:
         return first
     try:
         start = None if path is None else start_of(Path(path))

@@ -19,7 +19,7 @@ _MANGLED_ANYWAY = 100  # accepted before the share is meaningful
 Row = tuple[float, int, bool, int, int, int]  # columns of `Frames`, the time as in the file
 
 
-def row(time: float, identifier: int, extended: bool, data: bytes | bytearray, bus: int | str | None) -> Row:
+def row(time: float, identifier: int, extended: bool, data: bytes | bytearray, bus: object) -> Row:
     """
     Raises:
         ValueError: the identifier or the number of bytes is impossible.

@@ -13,7 +13,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from oncenter.signals import STANDARD_GRAVITY
+from oncenter.signals import DEGREE, STANDARD_GRAVITY
 from oncenter.simulate.section import NotNegative, Number, Positive, PositiveRange, Section, Whole
 
 _Percent = Annotated[Number, Field(ge=-20, le=20)]
@@ -191,7 +191,7 @@ class LateralAccelerometer(Accelerometer):
 
     @property
     def constants_m_s2(self) -> dict[str, float]:
-        return {"bias": self.bias_m_s2, "tilt": STANDARD_GRAVITY * math.sin(math.radians(self.tilt_deg))}
+        return {"bias": self.bias_m_s2, "tilt": STANDARD_GRAVITY * math.sin(self.tilt_deg * DEGREE)}
 
 
 class SteeringWheelTorqueSensor(Sensor):

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
+from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle
 
 Numbers = npt.NDArray[np.float64]
@@ -71,7 +72,7 @@ def summary_of(native: Mapping[str, Any], vehicle: Vehicle, params: Mapping[str,
     )
 
 
-GRADIENT_MIN = 0.1 * 0.017453292519943295  # rad/(m/s^2): below it play looks like a gradient (finding no_understeer)
+GRADIENT_MIN = 0.1 * DEGREE  # rad/(m/s^2): below it play looks like a gradient (finding no_understeer)
 
 
 def is_usable(status: str, gradient: float) -> bool:

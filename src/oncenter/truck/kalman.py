@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from oncenter.signals import DEGREE
 from oncenter.truck.drives import Drives, Numbers
 from oncenter.truck.priors import Priors
 from oncenter.truck.readings import (
@@ -36,14 +37,14 @@ Places = npt.NDArray[np.int64]
 # Tuned on seeds 1 to 120 of bench/trucks.py, and on its months 1 to 100.
 _INFLUENCE = 5.0  # standard deviations of one reading's innovation
 _THRESHOLD = 4.5  # standard deviations of a step
-_SMALLEST_RAD = 0.5 * 0.017453292519943295  # a smaller step is not reported
+_SMALLEST_RAD = 0.5 * DEGREE  # a smaller step is not reported
 _DRIVES_BEFORE = _DRIVES_AFTER = 2
 _CONTRADICTS = 2.0  # standard deviations
 _WITHOUT_ONE = 1.5  # standard deviations of a step without any one of its drives
 _NEAR, _MOVED_SDS = 10, 4.0  # drives on either side of a step for the neutral accelerations, and their difference in sd
 _AGES = (0, 1, 2, 3, 4, 5, 7, 10, 14, 20, 28, 40, 57, 80, 113, 160)  # drives since a step that is tested
 _ANYWHERE_RAD = 0.5  # sd of the offset before a truck's first drives
-_FIRST_DRIVES, _FIRST_SD_RAD = 5, 1.0 * 0.017453292519943295
+_FIRST_DRIVES, _FIRST_SD_RAD = 5, 1.0 * DEGREE
 
 
 def _first_guess(offset: Numbers, sd: Numbers) -> tuple[Numbers, Numbers]:

@@ -6,8 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from oncenter import _core
-
-_DEGREE = 0.017453292519943295
+from oncenter.signals import DEGREE
 
 
 @dataclass(frozen=True)
@@ -35,19 +34,19 @@ class Priors:
     crown_sd_m_s2: float
     standing_crown_share_1: float
     standing_slope_sd_m_s2: float
-    play_mean_rad: float = 4.0 * _DEGREE
-    play_sd_rad: float = 6.0 * _DEGREE
-    gradient_mean_rad_m_s2: float = 0.4 * _DEGREE
+    play_mean_rad: float = 4.0 * DEGREE
+    play_sd_rad: float = 6.0 * DEGREE
+    gradient_mean_rad_m_s2: float = 0.4 * DEGREE
     load_spread_1: float = 0.25
     compliance_share_1: float = 0.35
     crown_of_truck_sd_m_s2: float = 0.03
-    load_steer_sds_rad: tuple[float, float] = (0.003 * _DEGREE, 0.04 * _DEGREE)
+    load_steer_sds_rad: tuple[float, float] = (0.003 * DEGREE, 0.04 * DEGREE)
     load_steer_weights: tuple[float, float] = (0.6, 0.4)
-    step_load_steer_sd_rad: float = 0.01 * _DEGREE
+    step_load_steer_sd_rad: float = 0.01 * DEGREE
     bias_wander_sd_m_s2: float = 0.01
-    offset_noise_sd_rad: float = 0.1 * _DEGREE
-    play_noise_sd_rad: float = 0.3 * _DEGREE
-    wide_rad: float = 1.0 * _DEGREE
+    offset_noise_sd_rad: float = 0.1 * DEGREE
+    play_noise_sd_rad: float = 0.3 * DEGREE
+    wide_rad: float = 1.0 * DEGREE
 
 
 def priors_of(params: Mapping[str, float] | None = None) -> Priors:

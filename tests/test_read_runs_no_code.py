@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gzip
 import os
 import subprocess
 import sys
@@ -13,10 +12,10 @@ import polars as pl
 import signal_logs
 from asammdf import MDF, Signal
 from drive_frames import truth
-from test_read_formats import WRITERS, written
 
-from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.log_formats import SUFFIXES, WRITTEN
 from oncenter.read import read
+from oncenter.simulate import simulate_to_log, truth_files
 
 # The first round runs code of modules that are loaded; in the second one only the logs are new.
 PROGRAM = """
@@ -70,19 +69,19 @@ def channels(path: Path, formula: str) -> None:
 
 
 def every_format(folder: Path) -> list[Path]:
-    for suffix in WRITERS:
-        written(folder, suffix)
+    scenario = folder / "short.toml"
+    scenario.write_text('base = "thesis_drive"\nabout = "short"\n[drive]\nduration_s = 30.0\n')
+    for suffix in WRITTEN:
+        simulate_to_log(scenario, 1, folder / f"drive{suffix}")
+    for file in (scenario, *truth_files(folder / "drive.log")):
+        file.unlink()
     table = read(folder / "drive.log").table
-    table.write_csv(folder / "drive.csv")
-    table.write_parquet(folder / "drive.parquet")
     since = pl.col("time_s") - pl.col("time_s").min()
     needed = table.select(since, *truth(np.zeros(1))).fill_nan(0.0)
     for suffix, write in signal_logs.WRITERS.items():
         write(needed, folder / f"drive{suffix}")
     signal_logs.mat_hdf5(needed, folder / "hdf5.mat")
     signal_logs.ros_folder(needed, folder / "bag")
-    with gzip.open(folder / "drive.csv.gz", "wb") as file:
-        file.write((folder / "drive.csv").read_bytes())
     for name in ("drive.mdf", "channels.mf4"):
         channels(folder / name, "pow(X,1)*exp(0)")
     for name in ("hostile.mdf", "hostile.mf4"):

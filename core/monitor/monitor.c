@@ -119,7 +119,7 @@ static void sense_by_torque(oc_tick *tick, const oc_tracking *tracking, oc_evide
     tick->sensed.use_accelerometer = tick->sensed.use_accelerometer || instead;
 }
 
-static void sense(oc_tick *tick, const oc_coefficients *c) {
+static void sense(oc_tick *tick, const oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
     if (c->params.method == OC_METHOD_WHEEL_SPEED) {
         sense_by_wheels(tick, c);
         return;
@@ -128,35 +128,34 @@ static void sense(oc_tick *tick, const oc_coefficients *c) {
     tick->sensed.yaw_rate = tick->signals.yaw_rate;
     tick->sensed.speed = tick->signals.vehicle_speed;
     tick->sensed.lateral_acceleration = tick->sensed.use_accelerometer ? tick->signals.lateral_acceleration : 0.0;
+    sense_by_torque(tick, tracking, evidence, c);
 }
 
-/* Whether a hole precedes this tick, or the clock was set back. Half a tick is a margin for rounded time stamps. */
-static bool is_after_hole(const oc_tracking *tracking, const oc_coefficients *c, double time) {
-    const double hole = time - tracking->last_complete - 0.5 * c->tick_s;
-    return tracking->has_complete && (hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s));
-}
-
-/* Whether the tick has all signals that the method needs. Without them the filters keep their state, and pending blocks
- * are dropped. */
-static bool is_complete(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
+static bool has_all_signals(const oc_signals *signals, const oc_coefficients *c) {
     const uint32_t needed = signals_needed(c);
-    const bool has_all = (tick->signals.valid & needed) == needed;
-    if (has_all) {
-        sense(tick, c);
-        sense_by_torque(tick, tracking, evidence, c);
-    }
-    /* a torque that is not proportional to the lateral force counts as missing */
-    if (!has_all || (needs_torque(c) && !oc_torque_is_trusted(&evidence->torque, &c->torque))) {
-        oc_pending_drop(&tracking->straight);
-        oc_pending_drop(&tracking->cornering);
-        evidence->standstill.still_ticks = 0;
-        tick->reasons = OC_REASON_MISSING_SIGNAL;
-        return false;
-    }
-    tick->after_hole = is_after_hole(tracking, c, tick->signals.time);
+    return (signals->valid & needed) == needed;
+}
+
+/* A torque that is not proportional to the lateral force counts as missing. */
+static bool lacks_torque(const oc_evidence *evidence, const oc_coefficients *c) {
+    return needs_torque(c) && !oc_torque_is_trusted(&evidence->torque, &c->torque);
+}
+
+/* Without all signals the filters keep their state, and pending blocks are dropped. */
+static void wait_for_signals(oc_tick *tick, oc_tracking *tracking, oc_standstill *standstill) {
+    oc_pending_drop(&tracking->straight);
+    oc_pending_drop(&tracking->cornering);
+    standstill->still_ticks = 0;
+    tick->reasons = OC_REASON_MISSING_SIGNAL;
+}
+
+/* A hole precedes this tick, or the clock was set back. Half a tick is a margin for rounded time stamps. */
+static void watch_holes(oc_tick *tick, oc_tracking *tracking, const oc_coefficients *c) {
+    const double hole = tick->signals.time - tracking->last_complete - 0.5 * c->tick_s;
+    tick->after_hole =
+        tracking->has_complete && (hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s));
     tracking->last_complete = tick->signals.time;
     tracking->has_complete = 1;
-    return true;
 }
 
 /* Averages the sensors' zero errors at standstill. Afterwards the filters begin anew, so that an ignition cycle during
@@ -222,7 +221,7 @@ static void count(oc_evidence *evidence, uint32_t reasons) {
     for (uint32_t k = 0, left = reasons; left != 0; ++k, left >>= 1) {
         evidence->rejected[k] += left & 1u;
     }
-    evidence->unused_motion += reasons != 0;
+    evidence->unused_motion += (reasons & ~(uint32_t)OC_REASON_TIME) != 0;
 }
 
 /* From clean motion to estimates, by the selected method. */
@@ -252,7 +251,7 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     const oc_clock_verdict verdict = oc_clock_update(&tracking->clock, c->ticks_until_new_clock, tick->signals.time);
     if (verdict == OC_CLOCK_REJECTS) {
         tick->reasons = OC_REASON_TIME;
-        ++evidence->rejected[1];
+        count(evidence, tick->reasons);
         return;
     }
     tick->clock_set_back = verdict == OC_CLOCK_SET_BACK;
@@ -263,8 +262,15 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
     set_yaw_rate_bias(tick, gyro_bias, &c->params);
 
-    /* without all signals the filters keep their state, and pending blocks are dropped */
-    if (is_complete(tick, tracking, evidence, c)) {
+    /* the method's sensors */
+    const bool has_all = has_all_signals(&tick->signals, c);
+    if (has_all) {
+        sense(tick, tracking, evidence, c);
+    }
+    if (!has_all || lacks_torque(evidence, c)) {
+        wait_for_signals(tick, tracking, &evidence->standstill);
+    } else {
+        watch_holes(tick, tracking, c);
         /* standstill: zero errors of the sensors */
         average_standstill(tick, &evidence->standstill, c);
         if (tick->stands) {

@@ -84,7 +84,7 @@ typedef struct {
     oc_verdicts verdicts;
     uint64_t ticks;              /* all ticks that advanced the clock */
     uint64_t rejected[OC_REASON_COUNT]; /* ticks by reason bit; a tick may have several */
-    uint64_t unused_motion;      /* ticks with any reason but a window */
+    uint64_t unused_motion;      /* ticks with any reason but a window and time */
     double bank_ticks, bank_sum; /* m/s^2, sum of (33) above the minimum speed, whatever the other reasons */
     oc_bank_watch bank_watch;    /* the same, by minutes */
 } oc_evidence;

@@ -180,11 +180,11 @@ def test_a_correction_applies_to_all_hypotheses_at_once_after_the_round(
     ecu = Ecu().run(sliced(day, 0, 5_000))
     joint, tracking = ffi.addressof(ecu.state.evidence, "joint"), ffi.addressof(ecu.state.tracking, "joint")
     design, k = ffi.addressof(ecu.coefficients, "joint"), 5_000
-    while tracking.turns == 0:
+    while tracking.due == 0:
         ecu.run(sliced(day, k, k + 1))
         k += 1
     assert not lib.oc_joint_correct(joint, tracking, design, 1e-3, True)
-    while tracking.turns > 0:
+    while tracking.due > 0:
         ecu.run(sliced(day, k, k + 1))
         k += 1
     before = [h.target_mean for h in joint.hypotheses[0 : joint.count]]

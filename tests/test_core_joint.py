@@ -396,17 +396,14 @@ def test_hypotheses_take_turns_and_complete_the_round_before_the_next_second(rat
     times = np.arange(30.0, 45.0, 1.0 / rate_hz)
     ticks = {name: np.interp(times, columns["time_s"], column) for name, column in columns.items()}
     core = core_for(truth, rate_hz=rate_hz)
-    turns, collected = [], []
+    due, collected = [], []
     for k in range(len(times)):
         core.step({name: float(column[k]) for name, column in ticks.items()})
         tracking = state_of(core)["tracking"]["joint"]
-        turns.append(int(tracking["turns"]))
+        due.append(int(tracking["due"]))
         collected.append(int(tracking["filling"]["count"]))
-    steps = np.diff(turns)
-    begins = np.flatnonzero(steps > 1)
-    at_once = rate_hz < 50.0  # a turn has one tick then, else two
-    assert (np.delete(steps, begins) >= (-2 if at_once else -1)).all()
-    assert all(turns[k] == 0 and collected[k + 1] == 0 for k in begins)
+    begins = np.flatnonzero(np.diff(due) > 0)
+    assert all(due[k] == 0 and collected[k + 1] == 0 for k in begins)
     assert len(begins) >= 11
     assert state_of(core)["evidence"]["joint"]["second"]["used_s"] >= 10.0
 

@@ -137,6 +137,27 @@ def test_a_copied_state_continues_identically(whole: dict[str, Array], cut: floa
     assert second.state_bytes() == after(whole).state_bytes()
 
 
+@pytest.mark.parametrize(("rate_hz", "pieces"), [(20.0, 2), (24.9, 2), (31.0, 2), (50.0, 1), (100.0, 1), (200.0, 1)])
+def test_each_tick_does_its_pieces_of_deferred_work_and_none_waits_for_a_second(rate_hz: float, pieces: int) -> None:
+    """Of the gyro's filter, the hypotheses and the torque."""
+    columns = drive(1, rate_hz, 40.0)
+    columns |= dict.fromkeys(WHEELS, columns[SPEED]) | {"steering_wheel_torque_nm": 2.0 * columns[ACCELERATION]}
+    core = _core.Core(WHEELBASE, RATIO, {}, rate_hz, method="joint")
+    before, begun = np.zeros(3, int), np.zeros(3, int)
+    for k in range(len(columns["time_s"])):
+        core.step({name: column[k] for name, column in columns.items()})
+        state = core.state()
+        parts = state["evidence"]["gyro_bias"], state["tracking"]["joint"], state["evidence"]["torque"]
+        due = np.array([part["due"] for part in parts])
+        begins = due > before
+        done = np.where(begins, before, before - due)
+        assert done.sum() == min(pieces, before.sum())
+        assert before[0] == 0 or done[0] > 0  # the gyro's filter comes first
+        begun += begins
+        before = due
+    assert (begun >= 15).all()
+
+
 def test_a_query_changes_nothing(whole: dict[str, Array]) -> None:
     core = after(sliced(whole, slice(0, 12_345)))
     before = core.state_bytes()

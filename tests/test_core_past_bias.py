@@ -92,6 +92,8 @@ def used(columns: dict[str, Array]) -> tuple[float, float, float]:
             setattr(tick, _core.COLUMNS[name], value)
         taken_off.append(gyro.x[BIAS])
         gyro.past.waiting_s += 1.0 / RATE_HZ
+        if gyro.due > 0:
+            lib.oc_gyro_bias_work(gyro, design, params)
         lib.oc_gyro_bias_update(gyro, design, params, tick)
     past = ffi.addressof(gyro, "past")
     return Truth().bias - float(np.mean(taken_off)), past.bias, lib.oc_past_bias_sd(past, gyro.sd)

@@ -71,7 +71,7 @@ def test_every_whole_member_survives() -> None:
                 make_plausible(ecu)
             if name == ".evidence.torque.due":
                 ecu.evidence()["torque"]["filling"]["ticks"] = 1
-            if name == ".tracking.joint.turns":
+            if name == ".tracking.joint.due":
                 for sd in ("unloading_sd", "yaw_rate_bias_sd"):
                     ecu.whole()["tracking"]["joint"]["prior"][sd] = 1.0
             assert other.restore(ecu.save()) == "ok", name
@@ -339,7 +339,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("tracking.cornering.filling.y", 2e5),
         ("tracking.cornering.count", lib.OC_PENDING_MAX + 1),
         ("tracking.joint.filling.count", lib.OC_JOINT_SAMPLES),
-        ("tracking.joint.turns", 2 * lib.OC_JOINT_HYPOTHESES + 2),
+        ("tracking.joint.due", 2 * lib.OC_JOINT_HYPOTHESES + 2),
         ("tracking.joint.prior.unloading_mean", 101.0),
         ("tracking.angle.estimate", math.inf),
         ("tracking.angle.yaw_rate", -11.0),

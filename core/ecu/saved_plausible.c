@@ -252,11 +252,11 @@ static bool is_collected(const oc_collected *collected) {
 
 /* Divisors of a round in progress are positive. */
 static bool is_joint_tracking(const oc_joint_tracking *tracking, const oc_joint *joint, const oc_joint_design *design) {
-    return is_below(tracking->in_second + 1, OC_JOINT_SAMPLES + 1) && is_below(tracking->turns, 2 * joint->count + 2) &&
+    return is_below(tracking->in_second + 1, OC_JOINT_SAMPLES + 1) && is_below(tracking->due, 2 * joint->count + 2) &&
            is_below(tracking->next, OC_JOINT_SAMPLES + 1) &&
            is_collected(&tracking->filling) && is_collected(&tracking->collected) &&
            tracking->filling.count < design->samples_per_second &&
-           (tracking->turns == 0 ||
+           (tracking->due == 0 ||
             (tracking->prior.unloading_sd > 1e-6f && tracking->prior.yaw_rate_bias_sd > 1e-7f));
 }
 
@@ -276,7 +276,7 @@ static bool is_tracking(const oc_tracking *tracking, const oc_coefficients *c) {
 
 static bool is_gyro_bias(const oc_gyro_bias *gyro_bias) {
     const float memory_s = gyro_bias->past.memory_s;
-    return is_below(gyro_bias->due, 6) && is_status(gyro_bias->status) && is_covariance(gyro_bias) &&
+    return is_below(gyro_bias->due, 5) && is_status(gyro_bias->status) && is_covariance(gyro_bias) &&
            !(memory_s > 0.0f && memory_s < 0.1f);
 }
 

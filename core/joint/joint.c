@@ -11,7 +11,6 @@ static const float wind_speed = 20.0f; /* m/s, at which joint_model.h defines a_
 
 /* Numerical. */
 static const float initial_error = 0.017453292f; /* rad, unit of costs before the first solution */
-static const double two_turns_hz = 50.0; /* minimum rate at which a round of two ticks a hypothesis ends in a second */
 static const float correction_min = 3.5e-5f;     /* rad/s; a smaller one moves the offset by less than 0.01 deg */
 
 /* Tuned, in tuned.toml: joint */
@@ -46,10 +45,6 @@ void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double r
     design->hypothesis.prior_discount_max = measures_bank ? prior_discount_max : 1.0f;
     design->memory_s = (float)memory_s;
     design->ticks_per_sample = ticks;
-    design->solves_at_once = 0;
-    if (rate_hz < two_turns_hz) {
-        design->solves_at_once = 1;
-    }
     design->samples_per_second = (int32_t)(1.0 / step_s + 0.5);
 }
 
@@ -82,7 +77,7 @@ static void reset_places(oc_joint *joint, double angle) {
 
 void oc_joint_restart(oc_joint *joint, oc_joint_tracking *tracking) {
     joint->lost = 1;
-    joint->solves_all = joint->solves_all || (tracking->turns > 0 && tracking->solves_all);
+    joint->solves_all = joint->solves_all || (tracking->due > 0 && tracking->solves_all);
     *tracking = (oc_joint_tracking){0};
 }
 
@@ -153,7 +148,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
 
 bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design, float rad_s,
                       bool has_banks) {
-    if (!joint->started || tracking->turns > 0 || !(fabsf(rad_s) > correction_min)) {
+    if (!joint->started || tracking->due > 0 || !(fabsf(rad_s) > correction_min)) {
         return false;
     }
     joint->bank_mean += has_banks ? (double)rad_s * joint->speed_mean : 0.0;
@@ -303,7 +298,7 @@ bool oc_joint_standstill(oc_joint *joint, oc_joint_tracking *tracking, const oc_
     advance_phase(joint, design);
     tracking->running = 0;
     tracking->filling.count = 0;
-    return tracking->turns == 0 && joint->solves_all;
+    return tracking->due == 0 && joint->solves_all;
 }
 
 /* The minimum over the old hypotheses: an error that not all of them have is no change of the truck. A young one may
@@ -387,21 +382,17 @@ static bool end_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
     return has_evidence || tracking->solves_all;
 }
 
-bool oc_joint_take_turn(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                        const oc_estimate *last_offset, double time) {
-    if (tracking->turns == 0) {
-        return false;
-    }
-    --tracking->turns;
-    if (tracking->turns == 0) {
+bool oc_joint_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                   const oc_estimate *last_offset, double time) {
+    const int32_t done = 2 * joint->count + 1 - tracking->due;
+    const int32_t k = done / 2;
+    --tracking->due;
+    if (k == joint->count) {
         return end_round(joint, tracking, design, last_offset, time);
     }
-    const int32_t k = joint->count - (tracking->turns + 1) / 2;
-    if (tracking->turns % 2 == 0) {
+    if (done == 2 * k) {
         take_in(joint, tracking, design, k);
-        tracking->turns -= design->solves_at_once;
-    }
-    if (tracking->turns % 2 != 0) {
+    } else {
         solve(joint, tracking, design, k);
     }
     return false;
@@ -424,7 +415,7 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->prior = *prior;
     tracking->collected = tracking->filling;
     tracking->filling.count = 0;
-    tracking->turns = 2 * joint->count + 1;
+    tracking->due = 2 * joint->count + 1;
     tracking->solves_all = joint->solves_all;
     tracking->min_error = 1e9f;
     tracking->loads_rare_flank = loads_rare_flank(joint, tracking, design);

@@ -3,10 +3,10 @@
 /* Offset, understeer gradient, play and neutral lateral acceleration, estimated together by a hypothesis set. Each
  * hypothesis starts from another play and estimates all four. Its weight follows from its prediction errors.
  *
- * About every tenth tick is a sample, and a second has about ten samples. In the next second the hypotheses take turns,
- * so that the load of the ticks is even. A turn has two ticks: the hypothesis adds the samples to its evidence, then
- * solves its equations. A round is one turn of each. Corrections apply to all hypotheses between two rounds
- * (docs/method.md, "Rounds"). */
+ * About every tenth tick is a sample, and a second has about ten samples. In the next second the hypotheses process
+ * them piece by piece, so that the load of the ticks is even. A hypothesis has two pieces: it adds the samples to its
+ * evidence, then solves its equations. A round is all pieces of all hypotheses, and one to end it. Corrections apply to
+ * all hypotheses between two rounds (docs/method.md, "Rounds"). */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -54,7 +54,6 @@ typedef struct {
     float tandem;                /* m^2/s^2, c of docs/method.md (axles that resist turning), with all axles down */
     float memory_s;              /* maximum time constant of forgetting */
     int32_t ticks_per_sample, samples_per_second;
-    int32_t solves_at_once;      /* 1: a turn has one tick, since a second has too few ticks for two */
 } oc_joint_design;
 
 /* The samples of one second of the clock. A second of evidence is as many consecutive usable ones, from any one on. */
@@ -81,7 +80,7 @@ typedef struct {
     oc_prior prior;              /* of this round */
     oc_collected filling;        /* the second being collected */
     oc_collected collected;      /* the previous second, for the hypotheses */
-    int32_t turns;               /* ticks left in the round: two a hypothesis, and one to end it; 0: no round */
+    int32_t due;                 /* pieces of deferred work: two a hypothesis, and one to end the round; 0: no round */
     int32_t next;                /* first sample that the present hypothesis processes after its solution */
     int32_t learned;             /* the present hypothesis learned from a second of evidence */
     int32_t loads_rare_flank;    /* the collected samples load a flank that was seldom loaded */
@@ -143,10 +142,10 @@ bool oc_joint_standstill(oc_joint *joint, oc_joint_tracking *tracking, const oc_
 void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                           const oc_prior *prior);
 
-/* One tick of the active round, if any. True when it ends a round that had evidence or a correction. `last_offset`: the
- * published offset; `time`: s, now. */
-bool oc_joint_take_turn(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
-                        const oc_estimate *last_offset, double time);
+/* One piece of the round that is due, between two ticks. True when it ends a round that had evidence or a correction.
+ * `last_offset`: the published offset; `time`: s, of the last tick. */
+bool oc_joint_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
+                   const oc_estimate *last_offset, double time);
 
 /* Corrects the evidence of all hypotheses where the mean yaw rate so far was corrected by `rad_s` too little. They
  * solve in the next round. False where the correction is negligible or a round is active. has_banks: corrects the

@@ -108,7 +108,7 @@ double oc_torque_update(oc_torque *t, const oc_torque_design *design, const oc_t
 }
 
 /* Kalman update of the terms; older seconds count less. */
-void oc_torque_learn(oc_torque *t, const oc_torque_design *design) {
+void oc_torque_work(oc_torque *t, const oc_torque_design *design) {
     const float share = 1.0f / (float)t->filling.ticks;
     const float by[OC_TORQUE_TERMS] = {1.0f, share * t->filling.acceleration, share * t->filling.place};
     const float torque = share * t->filling.torque;

@@ -34,7 +34,7 @@ typedef struct {
 typedef struct {
     int32_t started;
     int32_t has_angle;
-    int32_t due;           /* a complete second waits for a tick that has time for it */
+    int32_t due;           /* piece of deferred work: 1 from the end of a second until its evaluation */
     oc_torque_second filling;
     float angle;           /* rad, of the previous tick */
     float place;           /* s, -1 to 1 */
@@ -59,8 +59,8 @@ void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, dou
 /* m/s^2, lateral acceleration with the torque sensor's zero. Without a torque signal the zero is held. */
 double oc_torque_update(oc_torque *state, const oc_torque_design *design, const oc_torque_tick *tick);
 
-/* Learns from the second that is due. */
-void oc_torque_learn(oc_torque *state, const oc_torque_design *design);
+/* Learns from the second that is due, between two ticks. */
+void oc_torque_work(oc_torque *state, const oc_torque_design *design);
 
 /* 1/(m/s^2)^2, information of the sensor's zero about a_0 = 0; 0 where the torque is not trusted. */
 float oc_torque_zero_information(const oc_torque *state, const oc_torque_design *design);

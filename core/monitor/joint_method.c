@@ -107,8 +107,7 @@ static bool collect(const oc_tick *tick, oc_joint_tracking *tracking, oc_evidenc
     return oc_joint_collect(&evidence->joint, tracking, &c->joint, &collected);
 }
 
-bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
-                         const oc_coefficients *c) {
+void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
     oc_joint *joint = &evidence->joint;
     joint->lost = joint->lost || tick->after_hole;
     correct_past_yaw_rates(&tracking->joint, evidence, c);
@@ -116,11 +115,4 @@ bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
         const oc_prior prior = prior_of(evidence, c);
         oc_joint_begin_round(joint, &tracking->joint, &c->joint, &prior);
     }
-    /* defers the turn while the gyro's filter is busy: each takes most of a tick's time */
-    const bool has_ended = !oc_gyro_bias_is_busy(&evidence->gyro_bias) &&
-                           oc_joint_take_turn(joint, &tracking->joint, &c->joint, &learned->offset, tick->signals.time);
-    if (has_ended) {
-        evidence->gyro_bias.past.memory_s = oc_joint_memory(joint, &c->joint);
-    }
-    return has_ended;
 }

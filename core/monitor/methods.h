@@ -20,10 +20,9 @@ oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficie
 /* Corrects a filtered tick's yaw rate for the wheels' radii. */
 void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c);
 
-/* Collects a second while the hypotheses process the previous one; at standstill they only make corrections. True where
- * evidence grew or was corrected. `learned`: the last answer. */
-bool oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
-                         const oc_coefficients *c);
+/* Collects a second, and begins the round in which the hypotheses process it; at standstill they only make
+ * corrections. */
+void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c);
 /* The weighted mean over the hypotheses, and its statuses. */
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c);

@@ -93,10 +93,8 @@ static void sense_by_wheels(oc_tick *tick, const oc_coefficients *c) {
     tick->sensed.use_accelerometer = false;
 }
 
-/* The torque sensor's zero replaces the accelerometer's; without one the torque gives the bank. It learns in a tick
- * that has time for it. */
-static void sense_by_torque(oc_tick *tick, const oc_tracking *tracking, oc_evidence *evidence,
-                            const oc_coefficients *c) {
+/* The torque sensor's zero replaces the accelerometer's; without one the torque gives the bank. */
+static void sense_by_torque(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c) {
     const bool has_torque = (tick->signals.valid & OC_HAS_STEERING_WHEEL_TORQUE) != 0;
     const bool instead = needs_torque(c);
     if (c->params.method != OC_METHOD_JOINT || !(has_torque || evidence->torque.started)) {
@@ -110,16 +108,11 @@ static void sense_by_torque(oc_tick *tick, const oc_tracking *tracking, oc_evide
         .speed = tick->sensed.speed,
         .has_torque = has_torque,
     };
-    const oc_joint_tracking *joint = &tracking->joint;
-    const bool round_is_far = joint->turns == 0 && joint->filling.count < c->joint.samples_per_second - 1;
-    if (evidence->torque.due && round_is_far && !oc_gyro_bias_is_busy(&evidence->gyro_bias)) {
-        oc_torque_learn(&evidence->torque, &c->torque);
-    }
     tick->sensed.lateral_acceleration = oc_torque_update(&evidence->torque, &c->torque, &by);
     tick->sensed.use_accelerometer = tick->sensed.use_accelerometer || instead;
 }
 
-static void sense(oc_tick *tick, const oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
+static void sense(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c) {
     if (c->params.method == OC_METHOD_WHEEL_SPEED) {
         sense_by_wheels(tick, c);
         return;
@@ -128,7 +121,7 @@ static void sense(oc_tick *tick, const oc_tracking *tracking, oc_evidence *evide
     tick->sensed.yaw_rate = tick->signals.yaw_rate;
     tick->sensed.speed = tick->signals.vehicle_speed;
     tick->sensed.lateral_acceleration = tick->sensed.use_accelerometer ? tick->signals.lateral_acceleration : 0.0;
-    sense_by_torque(tick, tracking, evidence, c);
+    sense_by_torque(tick, evidence, c);
 }
 
 static bool has_all_signals(const oc_signals *signals, const oc_coefficients *c) {
@@ -224,21 +217,44 @@ static void count(oc_evidence *evidence, uint32_t reasons) {
     evidence->unused_motion += (reasons & ~(uint32_t)OC_REASON_TIME) != 0;
 }
 
-/* From clean motion to estimates, by the selected method. */
-static void estimate(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, oc_learned *learned,
-                     const oc_coefficients *c) {
-    const bool jointly = c->params.method == OC_METHOD_JOINT;
-    const bool has_news = jointly ? oc_estimate_jointly(tick, tracking, evidence, learned, c)
-                                    : tick->moves && oc_estimate_straight_ahead(tick, tracking, evidence, c);
-    if (!has_news) {
-        return;
-    }
-    if (jointly) {
+/* New estimates where evidence grew or was corrected. */
+static void learn(oc_evidence *evidence, oc_learned *learned, const oc_coefficients *c) {
+    if (c->params.method == OC_METHOD_JOINT) {
         oc_learn_jointly(evidence, &evidence->verdicts, learned, c);
+        evidence->gyro_bias.past.memory_s = oc_joint_memory(&evidence->joint, &c->joint);
     } else {
         oc_learn_straight_ahead(evidence, &evidence->verdicts, learned, c);
     }
     oc_learn_truck(learned, &evidence->joint, c);
+}
+
+/* From clean motion to estimates, by the selected method. */
+static void estimate(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, oc_learned *learned,
+                     const oc_coefficients *c) {
+    if (c->params.method == OC_METHOD_JOINT) {
+        oc_estimate_jointly(tick, tracking, evidence, c);
+    } else if (tick->moves && oc_estimate_straight_ahead(tick, tracking, evidence, c)) {
+        learn(evidence, learned, c);
+    }
+}
+
+/* The queue of deferred work, since a second's work takes too long for one tick: the most urgent pieces that earlier
+ * ticks left. The hypotheses wait for missing signals, as their next samples do. */
+static void work(oc_state *state, const oc_coefficients *c, bool has_all) {
+    oc_evidence *evidence = &state->evidence;
+    oc_joint_tracking *joint = &state->tracking.joint;
+    for (int32_t left = c->pieces_per_tick; left > 0; --left) {
+        if (evidence->gyro_bias.due > 0) {
+            oc_gyro_bias_work(&evidence->gyro_bias, &c->gyro_bias, &c->params);
+        } else if (joint->due > 0 && has_all) {
+            if (oc_joint_work(&evidence->joint, joint, &c->joint, &state->learned.offset,
+                              state->tracking.last_complete)) {
+                learn(evidence, &state->learned, c);
+            }
+        } else if (evidence->torque.due > 0) {
+            oc_torque_work(&evidence->torque, &c->torque);
+        }
+    }
 }
 
 /* Figure 15. A tick that is rejected, incomplete or at standstill does not reach the gate. */
@@ -258,14 +274,17 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     ++evidence->ticks;
     select_signals(tick, &tracking->fault, evidence, &c->params);
 
+    /* what earlier ticks deferred */
+    const bool has_all = has_all_signals(&tick->signals, c);
+    work(state, c, has_all);
+
     /* 5.3.1: the gyro's bias, also without an angle */
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
     set_yaw_rate_bias(tick, gyro_bias, &c->params);
 
     /* the method's sensors */
-    const bool has_all = has_all_signals(&tick->signals, c);
     if (has_all) {
-        sense(tick, tracking, evidence, c);
+        sense(tick, evidence, c);
     }
     if (!has_all || lacks_torque(evidence, c)) {
         wait_for_signals(tick, tracking, &evidence->standstill);

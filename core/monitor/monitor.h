@@ -50,6 +50,7 @@ typedef struct {
     double offset_per_mismatch;   /* rad of residual per r_l/r_r - 1 of that axle, i*L/track */
     int32_t ticks_per_block, blocks_until_final;
     int32_t ticks_until_new_clock; /* successive rejected ticks until the clock counts as set back */
+    int32_t pieces_per_tick;      /* of deferred work */
 } oc_coefficients;
 
 typedef struct {

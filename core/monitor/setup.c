@@ -5,6 +5,9 @@
 #include "bounds.h"
 #include "joint_model.h"
 
+/* Derived. */
+static const double one_piece_hz = 50.0; /* minimum rate at which a second has a tick for each of its 30 pieces */
+
 /* Numerical. */
 /* Minimum standard deviations: single precision would lose sums beside larger information. */
 static const float play_sd_min = 1e-3f;      /* rad */
@@ -127,6 +130,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->wheel_axle = axle;
     c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;
     c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
+    c->pieces_per_tick = rate_hz < one_piece_hz ? 2 : 1;
     /* upward, which bounds the number of blocks */
     c->ticks_per_block = rounded_up(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
     c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);

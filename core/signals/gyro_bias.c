@@ -41,8 +41,8 @@ static int state_of(int32_t axle, int which) {
     return FIRST_OF_AXLE + OC_READING_STATES * axle + which;
 }
 
-/* The filter processes a block in several ticks, one step each, to limit the peak load of a tick. */
-enum { NOTHING_DUE, REST_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE };
+/* The filter processes a block step by step, one between two ticks, to limit the peak load of a tick. */
+enum { NOTHING_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE };
 
 static double squared(double value) {
     return value * value;
@@ -349,13 +349,12 @@ static void end_block(oc_gyro_bias *state, const oc_gyro_bias_design *design, do
     state->due = PREDICTION_DUE;
 }
 
-static void run_due_step(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p) {
+void oc_gyro_bias_work(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p) {
     switch (state->due--) {
     case PREDICTION_DUE: predict(state, p, state->block_time); break;
     case REAR_DUE: learn_axle(state, design, OC_AXLE_REAR); break;
     case FRONT_DUE: learn_axle(state, design, OC_AXLE_FRONT); break;
-    case CONCLUSION_DUE: conclude_block(state, p); break;
-    default: break; /* REST_DUE: keeps oc_gyro_bias_is_busy true in the tick of the conclusion */
+    default: conclude_block(state, p); break;
     }
 }
 
@@ -403,15 +402,9 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
         }
     }
     state->block_ticks += 1.0;
-    if (state->due != NOTHING_DUE) {
-        run_due_step(state, design, params);
-    } else if (state->block_ticks >= design->ticks_per_block) {
+    if (state->block_ticks >= design->ticks_per_block) {
         end_block(state, design, tick->time);
     }
-}
-
-bool oc_gyro_bias_is_busy(const oc_gyro_bias *state) {
-    return state->due != NOTHING_DUE;
 }
 
 oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params) {

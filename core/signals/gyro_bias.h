@@ -63,7 +63,7 @@ typedef struct {
     double evidence;                         /* s, of blocks and standstill */
     double wheel_evidence;                   /* s, of blocks alone */
     double sd;                               /* rad/s, of the bias, as of the last block */
-    int32_t due;                             /* steps left for the last whole block */
+    int32_t due;                             /* pieces of deferred work: steps left for the last whole block */
     int32_t still_ticks;                     /* of this standstill, settling included */
     int32_t lost_ticks;                      /* since the last lateral acceleration, clamped at the design's */
     int32_t started;                         /* since power-on */
@@ -82,14 +82,14 @@ void oc_gyro_bias_restart(oc_gyro_bias *state);
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
                          const oc_signals *tick);
 
+/* One piece of the work that is due, after the last tick and before the next one. */
+void oc_gyro_bias_work(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params);
+
 /* rad/s, as of the last block. Unobservable while the prior dominates; invalid during an alarm. */
 oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params);
 
 /* Whether the bias changed faster than the filter follows, and is not as certain again as before. */
 bool oc_gyro_bias_alarmed(const oc_gyro_bias *state);
-
-/* Whether the filter worked in this tick, so that other work is deferred to the next one. */
-bool oc_gyro_bias_is_busy(const oc_gyro_bias *state);
 
 /* r_l/r_r - 1 of an axle, at zero lateral force. */
 oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *params, int32_t axle);

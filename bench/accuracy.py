@@ -31,7 +31,7 @@ from rivals import MINUTE_TICKS, Array, Course, rivals
 import oncenter as oc
 from oncenter import _core
 from oncenter.errors import OncenterError
-from oncenter.offset.answer import METHODS
+from oncenter.estimates.estimates import METHODS
 from oncenter.offset.run import trace
 from oncenter.signals import DEGREE
 

@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 from accuracy_study import LIMITS, STUDIED, TABLE_4, Point, shown
 
-from oncenter.offset.answer import METHODS
+from oncenter.estimates.estimates import METHODS
 from oncenter.report.browser import require_browser
 
 if TYPE_CHECKING:

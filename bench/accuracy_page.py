@@ -29,7 +29,7 @@ from population import (
 )
 from sections import COMPARE, EFFECTS, TWO_PARTS, section_of, with_section
 
-from oncenter.offset.answer import METHODS
+from oncenter.estimates.estimates import METHODS
 from oncenter.signals import DEGREE
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import oncenter as oc
 from oncenter.errors import OncenterError
-from oncenter.offset.answer import METHODS
+from oncenter.estimates.estimates import METHODS
 
 ROOT = Path(__file__).parents[1]
 REAL_DATA = Path(os.environ.get("ONCENTER_REAL_DATA", ROOT / ".." / "shared" / "data"))

@@ -25,7 +25,7 @@ from accuracy_rows import Drive, drive
 from effects_rows import EFFECTS, PULLS
 
 import oncenter as oc
-from oncenter.offset.answer import Estimate
+from oncenter.estimates.estimate import Estimate
 from oncenter.signals import DEGREE
 
 LOST_AT_S = 600.0  # the virtual angle has no sensor from here on

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.signals import DEGREE, SIGNALS, Signals, Source
 from oncenter.vehicle import Vehicle
 

@@ -18,7 +18,7 @@ from accuracy_rows import ROWS, drive
 
 import oncenter as oc
 from oncenter import _core
-from oncenter.offset.answer import Estimate
+from oncenter.estimates.estimate import Estimate
 from oncenter.signals import DEGREE
 
 pytestmark = pytest.mark.slow

@@ -9,7 +9,7 @@ import polars as pl
 import pytest
 
 import oncenter as oc
-from oncenter.offset.correction import Correction
+from oncenter.estimates.correction import Correction
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import vehicle_from
 

@@ -14,8 +14,9 @@ import pytest
 import oncenter as oc
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.offset.answer import Estimate, Method
-from oncenter.offset.cause import Cause, Prior, in_words
+from oncenter.estimates.cause import Cause, Prior, in_words
+from oncenter.estimates.estimate import Estimate
+from oncenter.estimates.estimates import Method
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, Source
 from oncenter.vehicle import vehicle_from

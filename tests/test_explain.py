@@ -13,7 +13,7 @@ from oncenter.cli import run
 from oncenter.cli.explain import PAGE, Section, read_sections
 from oncenter.errors import WRONG_USAGE
 from oncenter.files.child import READER_DEATHS
-from oncenter.offset.findings import TABLE
+from oncenter.findings import TABLE
 
 ROOT = Path(__file__).parents[1]
 SOURCES = [path for path in ROOT.glob("src/oncenter/**/*.py") if path.name != "_declarations.py"]

@@ -21,10 +21,10 @@ from test_estimate import steady_drive
 import oncenter as oc
 from oncenter import _core, export
 from oncenter.cli import run
+from oncenter.estimates.estimate import Estimate
 from oncenter.export import binaries
 from oncenter.export.page import page
 from oncenter.export.variables import variables_of
-from oncenter.offset.answer import Estimate
 from oncenter.param_table import params
 from oncenter.signals import Signals
 

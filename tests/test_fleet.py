@@ -23,6 +23,7 @@ from two_trucks import DAY_S, MONDAY_S, VIN, histories, tables
 import oncenter as oc
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
+from oncenter.estimates.estimate import Estimate
 from oncenter.files import child
 from oncenter.fleet import page_data, query, run
 from oncenter.fleet.drive import Work, _columns
@@ -32,7 +33,6 @@ from oncenter.fleet.listing import as_csv
 from oncenter.fleet.pictures import ranking
 from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS
 from oncenter.fleet.trucks import Trucks
-from oncenter.offset.answer import Estimate
 from oncenter.report.document import embedded
 from oncenter.signals import DEGREE
 

@@ -1,11 +1,13 @@
 """The project's pages against its files: named files exist, and statements in two places agree."""
 
+import ast
 import fnmatch
 import re
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from graphlib import CycleError, TopologicalSorter
 from importlib.metadata import version
 from pathlib import Path
 
@@ -230,6 +232,52 @@ def test_a_header_holds_guard_includes_types_and_prototypes_only(header: Path) -
     assert not [line for line in directives[2:-1] if not re.fullmatch(r'#include (<\w+\.h>|"\w+\.h")', line)]
     assert not re.search(r"\b(static|inline|extern|__attribute__)\b", re.sub(r"/\*.*?\*/", "", source, flags=re.DOTALL))
     cffi.FFI().cdef(declarations(header, set()))  # rejects bodies and other definitions
+
+
+def modules() -> dict[str, Path]:
+    """All modules of oncenter by name; a folder is that of its __init__.py."""
+    source = ROOT / "src"
+    paths = [path for path in kept_files() if path.is_relative_to(source) and path.suffix == ".py"]
+    return {".".join(path.relative_to(source).with_suffix("").parts).removesuffix(".__init__"): path for path in paths}
+
+
+def imports() -> dict[str, set[str]]:
+    """By module, those that any of its import statements names, also one in a function or for types only."""
+    paths = modules()
+    found: dict[str, set[str]] = {name: set() for name in paths}
+    for name, path in paths.items():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                found[name] |= {each.name for each in node.names} & paths.keys()
+            elif isinstance(node, ast.ImportFrom):
+                named = (f"{node.module}.{each.name}" for each in node.names)
+                found[name] |= {whole if whole in paths else f"{node.module}" for whole in named} & paths.keys()
+    return found
+
+
+def circle(graph: Mapping[str, set[str]]) -> list[str]:
+    """The first one that is found; empty where there is none."""
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        return list(error.args[1])
+    return []
+
+
+def test_the_imports_of_no_module_lead_back_to_it() -> None:
+    assert circle(imports()) == []
+
+
+def test_the_imports_of_no_room_lead_back_to_it() -> None:
+    """A room is a folder or a module directly in src/oncenter."""
+
+    def room(name: str) -> str:
+        return ".".join(name.split(".")[:2])
+
+    rooms: dict[str, set[str]] = {}
+    for name, named in imports().items():
+        rooms.setdefault(room(name), set()).update(map(room, named - {name}))
+    assert circle({name: named - {name} for name, named in rooms.items()}) == []
 
 
 HELP = "import sys; from oncenter.cli import main; sys.argv = ['oncenter', '--help']; main()"

@@ -16,12 +16,12 @@ from test_known_truck import drive, half_width, holds, offset_to_find, truck
 
 import oncenter as oc
 from oncenter.cli import run
+from oncenter.estimates.estimate import Estimate
 from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_memory
 from oncenter.memory.drive import priors, with_drive
 from oncenter.memory.file import text_of
 from oncenter.memory.log import key_of, start_of_drive
 from oncenter.memory.truck import DAY_S, Drive, Load, Remembered
-from oncenter.offset.answer import Estimate
 from oncenter.signals import DEGREE, Signals
 
 NOW_S = 1_750_000_000.0

@@ -27,7 +27,7 @@ import oncenter as oc
 from oncenter.angle.run import findings_on
 from oncenter.cli import run
 from oncenter.errors import OncenterError
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility import check
 from oncenter.plausibility.axles import without_unfit_axles
 from oncenter.signals import DEGREE, SIGNALS, Signals, Source

@@ -30,7 +30,7 @@ from planted_faults import (
 )
 
 import oncenter as oc
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility import check
 from oncenter.signals import DEGREE, STANDARD_GRAVITY, Signals
 from oncenter.simulate import simulate_to_log

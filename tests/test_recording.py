@@ -11,7 +11,7 @@ from planted_faults import RATE_HZ, TRUCK, drive, without
 
 import oncenter as oc
 from oncenter.cli import run
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility import check
 from oncenter.plausibility.recording import recorded
 from oncenter.signals import SIGNALS, Signals

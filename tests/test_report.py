@@ -23,9 +23,11 @@ from hypothesis import strategies as st
 import oncenter
 from oncenter import _core
 from oncenter.errors import OncenterError
+from oncenter.estimates.estimate import Estimate
+from oncenter.estimates.estimates import DEFAULT_METHOD, Method
+from oncenter.findings import Finding
 from oncenter.live import words
-from oncenter.offset.answer import DEFAULT_METHOD, Answer, Estimate, Method
-from oncenter.offset.findings import Finding
+from oncenter.offset.answer import Answer
 from oncenter.offset.run import trace
 from oncenter.report import document
 from oncenter.report.course import Course, course

@@ -8,7 +8,7 @@ import polars as pl
 import pytest
 
 import oncenter as oc
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility import faults, signs_and_units
 from oncenter.plausibility.drive import Drive
 from oncenter.signals import SIGNALS, Signals

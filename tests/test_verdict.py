@@ -15,10 +15,11 @@ from hypothesis import strategies as st
 import oncenter
 from oncenter.cli import run
 from oncenter.errors import OncenterError
-from oncenter.offset.answer import Answer, Estimate
-from oncenter.offset.cause import Cause, Prior
-from oncenter.offset.changes import Change
-from oncenter.offset.findings import TABLE, Finding
+from oncenter.estimates.cause import Cause, Prior
+from oncenter.estimates.changes import Change
+from oncenter.estimates.estimate import Estimate
+from oncenter.findings import TABLE, Finding
+from oncenter.offset.answer import Answer
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import vehicle_from
 from oncenter.verdict import LIMIT_DEG, Verdict, verdicts_of

@@ -41,6 +41,7 @@ WHEEL_SPEED = Quantity("m_s", {"m_s": 1.0, "km_h": 1 / 3.6})
 ACCELERATION = Quantity("m_s2", {"m_s2": 1.0, "g": STANDARD_GRAVITY})
 TORQUE = Quantity("nm", {"nm": 1.0})
 PURE_NUMBER = Quantity("1", {"1": 1.0})
+_SHOWN_AS = {"rad": "deg", "rad_s": "deg_s", "m_s": "km_h"}  # by SI unit: the unit for people
 
 
 @dataclass(frozen=True)
@@ -164,9 +165,21 @@ class Signals:
         return f"Signals({self.log!r}, {self.length()}: {', '.join(self.sources)})"
 
     def _repr_html_(self) -> str:
-        from oncenter.notebook import signals_table
+        """A row a signal: unit, range, share of ticks without a number, rate and source."""
+        from oncenter.notebook import html_table  # late import: notebooks alone need it
 
-        return signals_table(self)
+        rows = []
+        for name, source in self.sources.items():
+            signal = SIGNALS[name]
+            unit = _SHOWN_AS.get(signal.quantity.unit, signal.quantity.unit)
+            values = self.columns[signal.column] / signal.quantity.factors[unit]
+            numbers = values[values == values]
+            span = f"{numbers.min():.4g} to {numbers.max():.4g}" if len(numbers) else "-"
+            missing = f"{100.0 * (1.0 - len(numbers) / max(len(values), 1)):.0f} %"
+            shown_unit = {"deg_s": "deg/s", "km_h": "km/h", "m_s2": "m/s^2", "nm": "N m", "1": ""}.get(unit, unit)
+            rows.append((name, span, shown_unit, missing, f"{source.rate_hz:.0f} Hz", source.description))
+        head = ("signal", "range", "unit", "missing", "rate", "source")
+        return html_table(f"{self.log}: {self.length()}", head, rows)
 
 
 def drives_of(given: object, verb: str) -> tuple[Signals, ...]:

@@ -18,8 +18,8 @@ from oncenter import _core
 from oncenter.angle.lateral_force import lateral_force_notes, uses_yaw_rate
 from oncenter.angle.side_slip import with_lateral_speed
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.findings import Finding
 from oncenter.offset.assemble import notes_of
-from oncenter.offset.findings import Finding
 from oncenter.offset.inputs import check_without, without_unfit_wheels
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Method
+from oncenter.estimates.estimates import DEFAULT_METHOD, METHODS, Method
 from oncenter.vehicle import Vehicle, core_of
 
 NOT_AVAILABLE = float("nan")

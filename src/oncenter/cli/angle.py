@@ -12,7 +12,7 @@ from oncenter.cli.options import Dbc, Source, VehicleFile, progress_bar, sources
 from oncenter.files.log_formats import SUFFIXES
 
 if TYPE_CHECKING:
-    from oncenter.offset.findings import Finding
+    from oncenter.findings import Finding
 
 _SHARE_MIN = 0.01  # of a drive; a smaller share is not printed as a number
 _WITHIN_MAX_DEG = 90.0  # a wider interval says nothing about the angle

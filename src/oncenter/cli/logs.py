@@ -16,7 +16,7 @@ from oncenter.utc import EPOCH_S
 
 if TYPE_CHECKING:
     from oncenter.cli.places import Places
-    from oncenter.offset.findings import Finding
+    from oncenter.findings import Finding
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
@@ -145,7 +145,7 @@ def _with_all(
 
 
 def _left_out(refusals: Sequence[OncenterError]) -> list[Finding]:
-    from oncenter.offset.findings import Finding
+    from oncenter.findings import Finding
 
     return [
         Finding("log_left_out", "warning", f"a log was left out: {error}. The offset is estimated from the other logs")
@@ -154,7 +154,7 @@ def _left_out(refusals: Sequence[OncenterError]) -> list[Finding]:
 
 
 def _given_twice(twice: Sequence[Path]) -> list[Finding]:
-    from oncenter.offset.findings import Finding
+    from oncenter.findings import Finding
 
     return [
         Finding("log_given_twice", "warning", f"{log} is given twice; it is used once. The offset is not affected")
@@ -164,7 +164,7 @@ def _given_twice(twice: Sequence[Path]) -> list[Finding]:
 
 def _overlaps(drives: Sequence[Signals]) -> list[Finding]:
     """Among drives with the time of day: one truck cannot be on two of them at once."""
-    from oncenter.offset.findings import Finding
+    from oncenter.findings import Finding
 
     def span(drive: Signals) -> tuple[float, float]:
         return float(drive.columns["time_s"][0]), float(drive.columns["time_s"][-1])

@@ -13,8 +13,8 @@ from oncenter.files.log_formats import SUFFIXES
 
 if TYPE_CHECKING:
     import oncenter as oc
+    from oncenter.estimates.estimates import Method
     from oncenter.memory import TruckMemory
-    from oncenter.offset.answer import Method
 
 
 def offset(
@@ -85,7 +85,7 @@ def offset(
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.cli.places import logs_at
     from oncenter.files.whole_file import check_place
-    from oncenter.offset.findings import most_severe_first
+    from oncenter.findings import most_severe_first
     from oncenter.report import check_report
 
     failing, take = statuses_of(fail_on), sources_of(source)
@@ -223,7 +223,7 @@ def with_limit(truck: oc.Vehicle, limit_deg: float | None) -> oc.Vehicle:
 
 def as_table(answer: oc.Answer) -> str:
     """Verdicts, the answer in words, its quantities as a table, and its findings, for a person at the prompt."""
-    from oncenter.offset.findings import EXPLAINED
+    from oncenter.findings import EXPLAINED
     from oncenter.signals import DEGREE
 
     lines = [*_verdicts(answer), _without_correction(answer), ""]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from oncenter import _core
-from oncenter.offset.answer import DEFAULT_METHOD
+from oncenter.estimates.estimates import DEFAULT_METHOD
 from oncenter.param_table import params
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle

@@ -12,13 +12,14 @@ from typing import Any
 
 from oncenter import _core
 from oncenter.errors import OncenterError
+from oncenter.estimates.cause import together_rad
+from oncenter.estimates.estimate import Estimate
 from oncenter.files.file_name import printable, printable_name
 from oncenter.fleet.files import LogFile, at_hand
 from oncenter.fleet.start import valid_start
 from oncenter.fleet.summaries import columns_of
 from oncenter.fleet.trucks import Truck, Trucks
-from oncenter.offset.answer import Answer, Estimate
-from oncenter.offset.cause import together_rad
+from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.read import refuse_unreadable
 from oncenter.read.here import read_here

@@ -8,10 +8,11 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from oncenter.estimates.cause import in_words
+from oncenter.estimates.estimate import Estimate
+from oncenter.findings import capitalised
 from oncenter.live.snapshot import Dropped, Snapshot
-from oncenter.offset.answer import NOT_YET_OR_NO_MORE, Estimate
-from oncenter.offset.cause import in_words
-from oncenter.offset.findings import capitalised
+from oncenter.offset.answer import NOT_YET_OR_NO_MORE
 from oncenter.signals import DEGREE
 from oncenter.verdict import Verdict, verdicts_of
 

@@ -7,10 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.estimates.estimates import DEFAULT_METHOD, Method
 from oncenter.memory.drive import priors, with_drive
 from oncenter.memory.log import key_of, start_of_drive
 from oncenter.memory.truck import TruckMemory
-from oncenter.offset.answer import DEFAULT_METHOD, Answer, Method
+from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import Vehicle

@@ -6,8 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
+from oncenter.estimates.estimate import Estimate
 from oncenter.memory.truck import Drive, Load, Remembered, TruckMemory
-from oncenter.offset.answer import Answer, Estimate
+from oncenter.offset.answer import Answer
 from oncenter.offset.inputs import params_of
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle

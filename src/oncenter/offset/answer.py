@@ -1,4 +1,4 @@
-"""The answer of a drive, or of several of one truck: quantities with interval and status, in words and as JSON.
+"""The estimates of a drive, or of several of one truck, in words and as JSON.
 
 SI and rad inside; degrees appear in `Answer.words`, `Answer.to_json` and in findings, which are for people and files.
 """
@@ -7,21 +7,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Literal
 
-from oncenter.offset.cause import Cause, in_words, together_rad
-from oncenter.offset.changes import Change
-from oncenter.offset.correction import NO_CORRECTION, Correction
-from oncenter.offset.findings import Finding
-from oncenter.read.whole_turns import is_relative
-from oncenter.signals import DEGREE, Signals
-from oncenter.truck.drives import Summary
-from oncenter.vehicle import Vehicle
-
-Method = Literal["thesis", "joint", "wheel-speed"]
-METHODS: tuple[Method, ...] = ("thesis", "joint", "wheel-speed")
-DEFAULT_METHOD: Method = "joint"
+from oncenter.estimates.cause import in_words, together_rad
+from oncenter.estimates.correction import NO_CORRECTION
+from oncenter.estimates.estimate import Estimate, number
+from oncenter.estimates.estimates import Estimates
+from oncenter.signals import DEGREE
+from oncenter.verdict import verdicts_of
 
 Schema = Literal["offset-1", "offset-2"]
 SCHEMAS: tuple[Schema, ...] = ("offset-1", "offset-2")
@@ -34,108 +27,8 @@ _NO_PLAY_DEG = 0.5  # an interval that reaches below it includes no play at all
 _CORRECTION_REPORTED_FROM_RAD_S = 0.05 * DEGREE
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """A quantity with its 95 % interval and status; `value` and `ci95` are None where the drive gives none.
-
-    `unit` is the SI unit of value and ci95. The interval need not be centred on the value. `evidence_s` are the seconds
-    of driving used for it.
-    """
-
-    value: float | None
-    ci95: tuple[float, float] | None
-    status: str
-    unit: str
-    evidence_s: float = 0.0
-
-    def to_dict(self) -> dict[str, Any]:
-        """As in files: degrees instead of radians."""
-        factor, unit = _file_unit(self.unit)
-        return {
-            "value": None if self.value is None else self.value / factor,
-            "unit": unit,
-            "ci95": None if self.ci95 is None else [bound / factor for bound in self.ci95],
-            "status": self.status,
-        }
-
-    def __str__(self) -> str:
-        given = self.to_dict()
-        if given["value"] is None or given["ci95"] is None:
-            return self.status
-        low, high = given["ci95"]
-        digits = 1 if high - low > 0.4 else 2 if high - low > 0.04 else 3
-        value, low, high = (round(number, digits) + 0.0 for number in (given["value"], low, high))  # no -0.0
-        return (
-            f"{value:.{digits}f} {given['unit']}, {low:.{digits}f} to {high:.{digits}f}"
-            f"{'' if self.status == 'valid' else f' ({self.status})'}"
-        )
-
-
-@dataclass(frozen=True, repr=False)
-class Answer:
-    """The answer of a drive, or of several of one truck, on its steering wheel angle sensor.
-
-    `str(answer)` is the answer in words, `to_json` the contract's object. Times are in seconds of ticks;
-    duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are the tables answered, so that
-    `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one;
-    `unloading_acceleration` is the neutral lateral acceleration: the measured one at which the steering carries no
-    load. `equivalent_wheelbase` is the one of (10) that fits the bends; it contains an error of the steering ratio.
-    `side_force_s` are the seconds of lateral force clearly to the left and to the right, which load the left and the
-    right flank of the play; of the joint method.
-    `missing_loading_s` are the seconds of lateral force to the left and to the right that the joint method still needs
-    before it can separate play and offset there; zero where enough was driven, and for the other methods.
-    `changes` are those found in the drive, in order of time; the core keeps only the last ones.
-    `sensor_fault` is the fault of the angle sensor at the end, "none" or one of the core's names. With a fault the
-    offset is `invalid`: it was estimated before the fault.
-
-    `offset` is the straight-ahead offset. Its `ci95` has two parts: `offset_ci95_drive` is this drive's part, and
-    `not_identifiable` lists the causes that no single drive identifies. The other methods do not separate them: their
-    list is empty and both intervals are one. `offset_per_acceleration` is the change of the offset by a pull or a mean
-    crosswind, rad/(m/s^2).
-
-    `next_driving` is the driving that would narrow this drive's part of the offset's interval, in words, the most
-    useful first; of the joint method.
-    """
-
-    version: str
-    log: str
-    vehicle: Vehicle
-    method: Method
-    params: Mapping[str, float]
-    sources: Mapping[str, str]
-    notes: tuple[str, ...]
-    offset: Estimate
-    offset_ci95_drive: tuple[float, float] | None
-    not_identifiable: tuple[Cause, ...]
-    offset_per_acceleration: float
-    understeer_gradient: Estimate
-    backlash: Estimate
-    unloading_acceleration: Estimate
-    equivalent_wheelbase: Estimate
-    yaw_rate_bias: Estimate
-    lateral_acceleration_bias: Estimate
-    wheel_radius_mismatch_rear: Estimate
-    wheel_radius_mismatch_front: Estimate
-    variance_if_independent_rad2: float | None
-    side_force_s: tuple[float, float]
-    missing_loading_s: tuple[float, float]
-    changes: tuple[Change, ...]
-    sensor_fault: str
-    duration_s: float
-    used_s: float
-    unused_s: float
-    rejected_s: Mapping[str, float]
-    findings: tuple[Finding, ...]
-    drives: tuple[Signals, ...]
-    summary: Summary | None
-    next_driving: tuple[str, ...] = ()
-
-    @property
-    def correction(self) -> Correction | None:
-        """None unless the offset is valid; None for a relative sensor, whose zero changes at each ignition."""
-        if self.offset.value is None or self.offset.status != "valid" or any(map(is_relative, self.drives)):
-            return None
-        return Correction(self.vehicle.offset_applied_deg * DEGREE, -self.offset.value)
+class Answer(Estimates):
+    """The answer on a steering wheel angle sensor: `str(answer)` in words, `to_json` as the contract's object."""
 
     def words(self) -> str:
         """The answer in one paragraph."""
@@ -175,11 +68,6 @@ class Answer:
             "lateral acceleration bias": self.lateral_acceleration_bias,
         }
 
-    @property
-    def offset_half_width_rad(self) -> float | None:
-        """Of `offset_ci95_drive`."""
-        return None if self.offset_ci95_drive is None else 0.5 * (self.offset_ci95_drive[1] - self.offset_ci95_drive[0])
-
     def _correction_words(self) -> list[str]:
         """Empty where the interval contains zero: a correction could then increase the error."""
         ci95 = self.offset.ci95
@@ -200,9 +88,20 @@ class Answer:
         return f"Answer({self.log!r}, offset {self.offset}, {len(self.findings)} findings)"
 
     def _repr_html_(self) -> str:
-        from oncenter.notebook import answer_table
+        from html import escape  # late import, as in `Signals`: notebooks alone need it
 
-        return answer_table(self)
+        from oncenter.notebook import html_table
+
+        rows = []
+        for name, estimate in self.quantities.items():
+            given = estimate.to_dict()
+            value = "-" if given["value"] is None else f"{given['value']:.3g}"
+            interval = "-" if given["ci95"] is None else "{:.3g} to {:.3g}".format(*given["ci95"])
+            rows.append((name, value, interval, given["unit"], given["status"]))
+        verdict = f"<p><b>{escape(verdicts_of(self)[0].words())}</b></p>"
+        table = html_table(self.words(), ("quantity", "value", "95 % interval", "unit", "status"), rows)
+        findings = "".join(f"<li>{escape(f'{each.severity}: {each.text}')}</li>" for each in self.findings)
+        return verdict + table + (f"<ul>{findings}</ul>" if findings else "")
 
     def __str__(self) -> str:
         lines = [self.words()]
@@ -259,23 +158,11 @@ class Answer:
         return {"correction": NO_CORRECTION if self.correction is None else self.correction.to_dict()}
 
     def _verdicts(self) -> dict[str, Any]:
-        from oncenter.verdict import verdicts_of
-
         verdicts = [verdict.to_dict() for verdict in verdicts_of(self)]
         return {"limit_deg": self.vehicle.offset_limit_deg, "verdicts": verdicts}
 
     def to_json(self, schema: Schema = DEFAULT_SCHEMA) -> str:
         return json.dumps(self.to_dict(schema), ensure_ascii=False, allow_nan=False, indent=2)
-
-
-def number(value_rad: float, digits: int) -> str:
-    """In degrees; never -0.0."""
-    return f"{round(value_rad / DEGREE, digits) + 0.0:.{digits}f}"
-
-
-def _file_unit(unit: str) -> tuple[float, str]:
-    """The factor to SI, and the name, of the unit in which files give an SI unit."""
-    return (DEGREE, unit.replace("rad", "deg")) if unit.startswith("rad") else (1.0, unit)
 
 
 def _play(play: Estimate) -> str:

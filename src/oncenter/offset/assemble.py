@@ -11,11 +11,13 @@ import numpy as np
 
 from oncenter import _core
 from oncenter.errors import OncenterError
-from oncenter.offset.answer import Answer, Estimate, Method
-from oncenter.offset.cause import Cause, causes_of
-from oncenter.offset.changes import Change, changes_of
+from oncenter.estimates.cause import Cause, causes_of
+from oncenter.estimates.changes import Change, changes_of
+from oncenter.estimates.estimate import Estimate
+from oncenter.estimates.estimates import Method
+from oncenter.findings import Finding
+from oncenter.offset.answer import Answer
 from oncenter.offset.core_findings import findings_of
-from oncenter.offset.findings import Finding
 from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings, next_driving
 from oncenter.read.whole_turns import is_relative

@@ -14,7 +14,7 @@ from typing import Any
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.offset.findings import PLAY_STANDARD_DEG
+from oncenter.findings import PLAY_STANDARD_DEG
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle
 

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from oncenter import _core
-from oncenter.offset.answer import Method
-from oncenter.offset.findings import Finding, from_table
+from oncenter.estimates.estimates import Method
+from oncenter.findings import Finding, from_table
 from oncenter.plausibility.presence import coarse_step, held_rate_hz
 from oncenter.read.clock import is_too_slow_for_the_core
 from oncenter.signals import DEGREE, Signals

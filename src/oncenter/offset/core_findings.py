@@ -10,15 +10,18 @@ from dataclasses import replace
 from typing import Any
 
 from oncenter import _core
-from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, demand, from_table, most_severe_first
-from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.findings import PLAY_STANDARD_DEG, Finding, demand, from_table, most_severe_first
+from oncenter.plausibility.zeros import (
+    YAW_RATE_BIAS_LARGE_DEG_S,
+    lateral_acceleration_at_standstill,
+    relative_angle_sensor,
+    yaw_rate_at_standstill,
+    yaw_rate_beside_wheels,
+)
+from oncenter.signals import DEGREE
 
 # Smallest values that are reported; tuned, since a healthy truck shows less.
 _OFFSET_REPORTED_FROM_DEG = 2.5  # Table 1: hysteresis of a healthy sensor
-_YAW_RATE_BIAS_REPORTED_FROM_RAD_S = 0.05 * DEGREE
-_VDC2_ZERO_RAD_S = (32127 - 32112.64) / 8192  # SPN 1808 of a sender whose zero is raw 32127
-_VDC2_ZERO_WITHIN_RAD_S = 0.015 * DEGREE  # two bits of 1/8192 rad/s
-_STANDING_ACCELERATION_REPORTED_FROM_M_S2 = 0.25  # a 2.5 % slope of the ground
 _MISSING_REPORTED_FROM = 0.05  # of the duration
 _FAULTS = {
     "stuck": "the steering wheel angle stays at one value while the truck turns",
@@ -29,54 +32,8 @@ _FAULTS = {
         "the steering wheel angle sensor has had another position since a stop, a gap in the log or a drift of its zero"
     ),
 }
-YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # a larger one is corrected as well, but the sensor needs a check
 _ALARM_PASSING_S = 30.0  # left out: a CUSUM's false alarm, 15 s on one healthy motorway drive of 14
 _KM_H = 3.6
-_JOINT_ALLOWS_FOR_IT = "The interval of the offset allows for both (method joint)"
-
-
-def yaw_rate_at_standstill(bias: float, standing_s: float, *, from_vdc2: bool) -> Finding | None:
-    """None where the bias (rad/s, mean over `standing_s` s) is small; `from_vdc2`: J1939's VDC2 is its source."""
-    return _yaw_rate(bias, f"at standstill (mean of {standing_s:.1f} s)", from_vdc2=from_vdc2)
-
-
-def yaw_rate_beside_wheels(bias: float, rolled_s: float, *, from_vdc2: bool) -> Finding | None:
-    """None where the bias (rad/s, at the end, from `rolled_s` s of wheel speeds) is small."""
-    return _yaw_rate(bias, f"when the truck does not turn (from {rolled_s:.0f} s of wheel speeds)", from_vdc2=from_vdc2)
-
-
-def _yaw_rate(bias: float, when: str, *, from_vdc2: bool) -> Finding | None:
-    if abs(bias) < _YAW_RATE_BIAS_REPORTED_FROM_RAD_S:
-        return None
-    text = f"the yaw rate sensor reads {bias / DEGREE:+.2f} deg/s {when}"
-    if from_vdc2 and abs(bias - _VDC2_ZERO_RAD_S) < _VDC2_ZERO_WITHIN_RAD_S:
-        text += ". A sender of VDC2 that uses raw 32127 as zero, instead of 32112.64, reads +0.10 deg/s"
-    return from_table("yaw_rate_bias", text, bias / DEGREE)
-
-
-def lateral_acceleration_at_standstill(
-    reading: float, standing_s: float, effect: str = _JOINT_ALLOWS_FOR_IT
-) -> Finding | None:
-    """None where the reading (m/s^2, mean over `standing_s` s) is small; `effect` on the offset in words."""
-    if abs(reading) < _STANDING_ACCELERATION_REPORTED_FROM_M_S2:
-        return None
-    slope = abs(reading) / STANDARD_GRAVITY * 100.0
-    text = (
-        f"the accelerometer reads {reading:+.2f} m/s^2 at standstill (mean of {standing_s:.1f} s). The cause is its "
-        f"bias, or ground that slopes down to the {'right' if reading > 0 else 'left'} (by {slope:.1f} %), or both. "
-        f"{effect}. Park the truck on level ground and record again"
-    )
-    return from_table("lateral_acceleration_at_standstill", text, reading)
-
-
-def relative_angle_sensor() -> Finding:
-    """For an angle sensor that reports an arbitrary zero."""
-    return from_table(
-        "relative_angle_sensor",
-        "the steering wheel angle sensor is a relative one: its zero can change at each ignition. Whole turns of the "
-        "steering wheel are left out of the offset. The offset is valid for this ignition only. Do not store it as a "
-        "correction",
-    )
 
 
 def findings_of(

@@ -7,8 +7,9 @@ from itertools import pairwise
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.offset.answer import Method
-from oncenter.offset.findings import Finding
+from oncenter.estimates.estimates import Method
+from oncenter.findings import Finding
+from oncenter.plausibility.axles import without_unfit_axles
 from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import Vehicle, core_params
 
@@ -100,8 +101,6 @@ def without_unfit_wheels(
     drives: Sequence[Signals], vehicle: Vehicle
 ) -> tuple[tuple[Signals, ...], tuple[Finding, ...]]:
     """The drives without the wheel speeds that contradict the yaw rate, and the warnings about them."""
-    from oncenter.plausibility.axles import without_unfit_axles
-
     judged = [without_unfit_axles(drive, vehicle) for drive in drives]
     findings = dict.fromkeys(unfit.finding for _, found in judged for unfit in found)
     return tuple(drive for drive, _ in judged), tuple(findings)

@@ -9,11 +9,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from oncenter.offset.cause import Name, causes_of
-from oncenter.offset.changes import Change
+from oncenter.estimates.cause import Name, causes_of
+from oncenter.estimates.changes import Change
+from oncenter.findings import PLAY_STANDARD_DEG, Finding, bends_demand, demand, from_table
 from oncenter.offset.core_findings import km_h, status_of
-from oncenter.offset.findings import PLAY_STANDARD_DEG, Finding, bends_demand, demand, from_table
-from oncenter.offset.vehicle_file import FAR_OFF, fit_words
+from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 # Smallest values that are reported; tuned.

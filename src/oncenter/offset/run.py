@@ -12,9 +12,11 @@ import numpy.typing as npt
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.offset.answer import DEFAULT_METHOD, METHODS, Answer, Method
+from oncenter.estimates.changes import changes_of
+from oncenter.estimates.estimates import DEFAULT_METHOD, METHODS, Method
+from oncenter.findings import Finding, most_severe_first
+from oncenter.offset.answer import Answer
 from oncenter.offset.assemble import answer_of
-from oncenter.offset.changes import changes_of
 from oncenter.offset.coarse_recording import (
     coarse_recording_findings,
     coarseness_of,
@@ -22,7 +24,6 @@ from oncenter.offset.coarse_recording import (
     with_coarse_yaw_rate,
     yaw_rate_step_of,
 )
-from oncenter.offset.findings import Finding, most_severe_first
 from oncenter.offset.inputs import (
     check_without,
     in_order,

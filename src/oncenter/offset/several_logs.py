@@ -13,9 +13,10 @@ from itertools import pairwise
 from typing import Any
 
 from oncenter import _core
-from oncenter.offset.answer import Answer, Estimate, number
-from oncenter.offset.changes import Change, kind_of_offset
-from oncenter.offset.findings import Finding, from_table, most_severe_first
+from oncenter.estimates.changes import Change, kind_of_offset
+from oncenter.estimates.estimate import Estimate, number
+from oncenter.findings import Finding, from_table, most_severe_first
+from oncenter.offset.answer import Answer
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.drives import Summary, is_usable, summary_of, together
 from oncenter.truck.model import Trucks, learn

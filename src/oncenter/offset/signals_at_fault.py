@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from oncenter.findings import Finding, most_severe_first
 from oncenter.offset.answer import Answer
-from oncenter.offset.findings import Finding, most_severe_first
+from oncenter.plausibility import faults, stuck_speed
 from oncenter.signals import Signals
+from oncenter.verdict.accused import accused_by
 
 _LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")
 _ABOUT_SIGNALS = (
@@ -21,15 +23,8 @@ _ABOUT_SIGNALS = (
 )
 # Findings that do not depend on the sign or unit of another signal; all others follow from such an error.
 _INDEPENDENT = ("lateral_acceleration_at_standstill", "relative_angle_sensor")
-_AT_FAULT, _ANGLE = "steering_wheel_angle_sensor_at_fault", "steering wheel angle"
-_SIGNALS = (_ANGLE, "yaw rate", "vehicle speed", "lateral acceleration", "wheel speed")
+_AT_FAULT = "steering_wheel_angle_sensor_at_fault"
 _STUCK_SHARE = 0.25  # of the drive: below it, the rest of the drive is enough
-
-
-def accused_by(fault: Finding) -> list[str]:
-    """Names of the signals that an error accuses, in words; the witnesses that it names after its colon are not."""
-    first, _, rest = fault.text.partition(":")
-    return [name for name in _SIGNALS if name in first] or [name for name in _SIGNALS if name in rest]
 
 
 def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
@@ -40,14 +35,12 @@ def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
         contradicts: no truck has such an answer, so all faults are checked; otherwise only those that can leave a
             plausible answer.
     """
-    from oncenter.plausibility import faults
-
     found_in = [faults(drive, answer.vehicle) if contradicts else _hidden(answer, drive) for drive in answer.drives]
     found = tuple(dict.fromkeys(fault for of_drive in found_in for fault in of_drive))
     if not any(_leaves_nothing(fault, answer) for fault in found):
         return replace(answer, findings=most_severe_first((*found, *answer.findings)))
     explained = any(fault.code != "signal_stuck" for fault in found)
-    accuses_angle = any(_ANGLE in accused_by(fault) for fault in found)
+    accuses_angle = any("steering wheel angle" in accused_by(fault) for fault in found)
     # Of a reversed sign, the check of all signals says more than the sensor check, which trusts the yaw rate.
     by_sign = answer.sensor_fault == "wrong_sign" and any(fault.code == "sign_reversed" for fault in found)
     keeps_fault = accuses_angle and not by_sign
@@ -70,8 +63,6 @@ def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
 
 def _hidden(answer: Answer, drive: Signals) -> tuple[Finding, ...]:
     """A stuck vehicle speed; where the offset does not converge, also a wrong sign or unit."""
-    from oncenter.plausibility import faults, stuck_speed
-
     if answer.method != "joint" or answer.offset.status != "converging":
         return stuck_speed(drive)
     mixed_up = (fault for fault in faults(drive, answer.vehicle) if fault.code in ("scale", "sign_reversed"))

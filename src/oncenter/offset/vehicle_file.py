@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from oncenter.offset.findings import Finding, from_table
+from oncenter.findings import Finding, from_table
+from oncenter.offset.core_findings import status_of
+from oncenter.plausibility import faults, rough_ratio_times_wheelbase_m
+from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
-FAR_OFF = 0.2  # share of the file's product; a lifted tag axle makes 15 %
 _DOUBTFUL = 0.05  # of the core's first run: worth another; its prior's sd is as much
 _AGREES = 0.04  # between the given wheelbase and the one that the core then finds
 _RUNS_MAX = 8
@@ -57,8 +59,6 @@ def fitted_vehicle(
 
 
 def is_observable(native: Native) -> bool:
-    from oncenter.offset.core_findings import status_of
-
     return status_of(native["equivalent_wheelbase"]) == "valid"
 
 
@@ -87,16 +87,12 @@ def _agreed(start_m: float, vehicle: Vehicle, run: Callable[[Vehicle], Native]) 
 
 def _shown_m(drives: Sequence[Signals], vehicle: Vehicle) -> float | None:
     """Rough estimate without the core, from the first drive with enough bends."""
-    from oncenter.plausibility import rough_ratio_times_wheelbase_m
-
     shown = next(filter(None, map(rough_ratio_times_wheelbase_m, drives)), None)
     return None if shown is None else shown / vehicle.ratio_near_centre
 
 
 def _fit_together(drives: Sequence[Signals]) -> bool:
     """Whether no signal has a wrong sign or unit, which would change the product as well."""
-    from oncenter.plausibility import faults
-
     return not any(faults(drive) for drive in drives)
 
 
@@ -104,15 +100,3 @@ def finding(fitted: Vehicle, given: Vehicle) -> Finding:
     """The correction that the vehicle file needs."""
     text = fit_words(fitted.wheelbase_m / given.wheelbase_m - 1.0, given.wheelbase_m, given.ratio_near_centre)
     return from_table("wheelbase_or_ratio", text, fitted.wheelbase_m, severity="warning")
-
-
-def fit_words(share: float, wheelbase_m: float, steering_ratio: float) -> str:
-    """Of a product that is larger than the vehicle file's by a share, negative where it is smaller."""
-    axle = "" if abs(share) > FAR_OFF else ". A lifted axle causes the same; then no action is necessary"
-    return (
-        f"bends need {abs(share) * 100:.0f} % {'more' if share > 0 else 'less'} steering wheel angle than calculated "
-        "from the vehicle file. Either the wheelbase is wrong (the file has "
-        f"{wheelbase_m:.2f} m, {wheelbase_m * (1.0 + share):.2f} m fits), or the steering ratio (the file has "
-        f"{steering_ratio:.1f}, {steering_ratio * (1.0 + share):.1f} fits). The offset is not affected: it uses the "
-        f"fitted value. Correct the vehicle file{axle}"
-    )

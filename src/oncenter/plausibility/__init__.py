@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from oncenter.offset.findings import Finding, most_severe_first
+from oncenter.findings import Finding, most_severe_first
 from oncenter.plausibility import axles, lag, presence, ratio, signs_and_units, zeros
 from oncenter.plausibility.drive import USEFUL, Drive
 from oncenter.plausibility.recording import recording_findings

@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility.correlation import lags_s
 from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Column, Drive
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations

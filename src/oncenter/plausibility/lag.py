@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility.correlation import lags_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
 from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks

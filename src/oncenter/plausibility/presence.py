@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive, without_absurd
 from oncenter.plausibility.verdict import SIGNALS_TABLE, words
 from oncenter.read.clock import RATE_SLACK, RECORDED_MIN_HZ

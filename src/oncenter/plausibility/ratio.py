@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.offset.findings import Finding
-from oncenter.offset.vehicle_file import fit_words
+from oncenter.findings import Finding
 from oncenter.plausibility.correlation import agreement, lag_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations
@@ -19,6 +18,7 @@ _BEND_1_M = 1 / 200  # tighter ones need several times the angle of any play
 _BEND_TIME_MIN_S = 10.0
 _SPEEDS_APART = 1.2  # between slow and fast bends; at one speed understeer and ratio are the same
 _OFF = 0.10
+FAR_OFF = 0.2  # share of the file's product; a lifted tag axle makes 15 %
 _EXAMPLE_WHEELBASE_M = 4.0
 _HALF_WIDTH_MAX = 0.15  # of the value; a wider interval is not judged
 _BANK_MEAN_S = 1.0  # of the bank, longer than the accelerometer's noise
@@ -137,3 +137,15 @@ def _smoothed(values: Column, step_s: float) -> Column:
 def _later(values: Column, by_s: float, step_s: float) -> Column:
     time = np.arange(len(values)) * step_s
     return np.asarray(np.interp(time - by_s, time, values, left=np.nan, right=np.nan))
+
+
+def fit_words(share: float, wheelbase_m: float, steering_ratio: float) -> str:
+    """Of a product that is larger than the vehicle file's by a share, negative where it is smaller."""
+    axle = "" if abs(share) > FAR_OFF else ". A lifted axle causes the same; then no action is necessary"
+    return (
+        f"bends need {abs(share) * 100:.0f} % {'more' if share > 0 else 'less'} steering wheel angle than calculated "
+        "from the vehicle file. Either the wheelbase is wrong (the file has "
+        f"{wheelbase_m:.2f} m, {wheelbase_m * (1.0 + share):.2f} m fits), or the steering ratio (the file has "
+        f"{steering_ratio:.1f}, {steering_ratio * (1.0 + share):.1f} fits). The offset is not affected: it uses the "
+        f"fitted value. Correct the vehicle file{axle}"
+    )

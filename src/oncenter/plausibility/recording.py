@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility.verdict import words
 from oncenter.signals import SIGNALS, Signals
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility.correlation import agreement, agreement_of_means
 from oncenter.plausibility.drive import DRIVING_M_S, GRID_HZ, MIN_TIME_S, NEEDED, ROLLING_M_S, Column, Drive
 from oncenter.plausibility.verdict import BENDS, NO_OFFSET, SIGNALS_TABLE, CannotTell, Verdict, lacks

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding
 from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Drive
 
 NO_OFFSET = "The offset cannot be estimated with it"

@@ -7,17 +7,67 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.offset import core_findings
-from oncenter.offset.findings import Finding
+from oncenter.findings import Finding, from_table
 from oncenter.plausibility.drive import DRIVING_M_S, MIN_TIME_S, NEEDED, Drive
 from oncenter.plausibility.verdict import CannotTell, Verdict, lacks, words
-from oncenter.signals import DEGREE
+from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 _NEARLY_STRAIGHT_1_M = 1 / 500
+YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # a larger one is corrected as well, but the sensor needs a check
+# Smallest values that are reported; tuned, since a healthy truck shows less.
+_YAW_RATE_BIAS_REPORTED_FROM_RAD_S = 0.05 * DEGREE
+_VDC2_ZERO_RAD_S = (32127 - 32112.64) / 8192  # SPN 1808 of a sender whose zero is raw 32127
+_VDC2_ZERO_WITHIN_RAD_S = 0.015 * DEGREE  # two bits of 1/8192 rad/s
+_STANDING_ACCELERATION_REPORTED_FROM_M_S2 = 0.25  # a 2.5 % slope of the ground
+_JOINT_ALLOWS_FOR_IT = "The interval of the offset allows for both (method joint)"
 _GYRO_EFFECT = (
     "The method joint corrects the offset for this bias. "
-    f"Check the sensor if the bias is above {core_findings.YAW_RATE_BIAS_LARGE_DEG_S:g} deg/s"
+    f"Check the sensor if the bias is above {YAW_RATE_BIAS_LARGE_DEG_S:g} deg/s"
 )
+
+
+def yaw_rate_at_standstill(bias: float, standing_s: float, *, from_vdc2: bool) -> Finding | None:
+    """None where the bias (rad/s, mean over `standing_s` s) is small; `from_vdc2`: J1939's VDC2 is its source."""
+    return _yaw_rate(bias, f"at standstill (mean of {standing_s:.1f} s)", from_vdc2=from_vdc2)
+
+
+def yaw_rate_beside_wheels(bias: float, rolled_s: float, *, from_vdc2: bool) -> Finding | None:
+    """None where the bias (rad/s, at the end, from `rolled_s` s of wheel speeds) is small."""
+    return _yaw_rate(bias, f"when the truck does not turn (from {rolled_s:.0f} s of wheel speeds)", from_vdc2=from_vdc2)
+
+
+def _yaw_rate(bias: float, when: str, *, from_vdc2: bool) -> Finding | None:
+    if abs(bias) < _YAW_RATE_BIAS_REPORTED_FROM_RAD_S:
+        return None
+    text = f"the yaw rate sensor reads {bias / DEGREE:+.2f} deg/s {when}"
+    if from_vdc2 and abs(bias - _VDC2_ZERO_RAD_S) < _VDC2_ZERO_WITHIN_RAD_S:
+        text += ". A sender of VDC2 that uses raw 32127 as zero, instead of 32112.64, reads +0.10 deg/s"
+    return from_table("yaw_rate_bias", text, bias / DEGREE)
+
+
+def lateral_acceleration_at_standstill(
+    reading: float, standing_s: float, effect: str = _JOINT_ALLOWS_FOR_IT
+) -> Finding | None:
+    """None where the reading (m/s^2, mean over `standing_s` s) is small; `effect` on the offset in words."""
+    if abs(reading) < _STANDING_ACCELERATION_REPORTED_FROM_M_S2:
+        return None
+    slope = abs(reading) / STANDARD_GRAVITY * 100.0
+    text = (
+        f"the accelerometer reads {reading:+.2f} m/s^2 at standstill (mean of {standing_s:.1f} s). The cause is its "
+        f"bias, or ground that slopes down to the {'right' if reading > 0 else 'left'} (by {slope:.1f} %), or both. "
+        f"{effect}. Park the truck on level ground and record again"
+    )
+    return from_table("lateral_acceleration_at_standstill", text, reading)
+
+
+def relative_angle_sensor() -> Finding:
+    """For an angle sensor that reports an arbitrary zero."""
+    return from_table(
+        "relative_angle_sensor",
+        "the steering wheel angle sensor is a relative one: its zero can change at each ignition. Whole turns of the "
+        "steering wheel are left out of the offset. The offset is valid for this ignition only. Do not store it as a "
+        "correction",
+    )
 
 
 def yaw_rate(drive: Drive) -> Verdict:
@@ -25,10 +75,10 @@ def yaw_rate(drive: Drive) -> Verdict:
     if standing is None:
         return CannotTell("zero of the yaw rate", _lacks_standing(drive, "yaw_rate"))
     source = drive.signals.sources["yaw_rate"]
-    finding = core_findings.yaw_rate_at_standstill(*standing, from_vdc2="VDC2" in source.description)
+    finding = yaw_rate_at_standstill(*standing, from_vdc2="VDC2" in source.description)
     if finding is None:
         return None
-    is_large = abs(standing[0]) / DEGREE > core_findings.YAW_RATE_BIAS_LARGE_DEG_S
+    is_large = abs(standing[0]) / DEGREE > YAW_RATE_BIAS_LARGE_DEG_S
     # The joint method corrects a bias, and gives a small one the same severity.
     return replace(finding, text=f"{finding.text}. {_GYRO_EFFECT}", severity=finding.severity if is_large else "info")
 
@@ -37,7 +87,7 @@ def lateral_acceleration(drive: Drive) -> Verdict:
     standing = _at_standstill(drive, "lateral_acceleration")
     if standing is None:
         return CannotTell("zero of the lateral acceleration", _lacks_standing(drive, "lateral_acceleration"))
-    return core_findings.lateral_acceleration_at_standstill(*standing)
+    return lateral_acceleration_at_standstill(*standing)
 
 
 def _at_standstill(drive: Drive, name: str) -> tuple[float, float] | None:
@@ -84,7 +134,7 @@ def bank(drive: Drive, comparable: bool) -> Verdict:
 
 def relative_sensor(drive: Drive) -> Verdict:
     relative = bool(np.any(drive.ticks("steering_wheel_angle_sensor_type") == 0))
-    return core_findings.relative_angle_sensor() if relative else None
+    return relative_angle_sensor() if relative else None
 
 
 def whole_turns(drive: Drive, comparable: bool) -> Verdict:

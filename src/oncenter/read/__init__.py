@@ -12,18 +12,17 @@ from typing import TYPE_CHECKING
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
-from oncenter.files.log_formats import READ_HERE, SUFFIXES, Format, format_of
+from oncenter.files.log_formats import READ_HERE, SUFFIXES
 from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
+from oncenter.read.plugins import known_format, plugin_for
 from oncenter.read.units import possible_columns
+from oncenter.read.wording import cannot_read
 from oncenter.signals import SIGNALS, SignalName, Signals
 
 if TYPE_CHECKING:
     from oncenter.vehicle import Vehicle
 
 _NO_FRAMES = ("column ", "variable ", "field ")  # sources of files without frames
-
-# What a message says about a log whose signals have other names; it follows a list of the names.
-ASSIGN_THEM = "assign them in the [signals] table of a vehicle file (oncenter vehicle new truck.toml writes one)"
 
 __all__ = ["SUFFIXES", "read", "refuse_unreadable", "require"]
 
@@ -59,7 +58,7 @@ def read(
         names = vehicle.signal_names if names is None else names
         dbc = dbc or vehicle.databases()
     path = Path(path)
-    if not is_bag_folder(path) and (path.name.lower().endswith(SUFFIXES) or not _is_of_a_plugin(path)):
+    if not is_bag_folder(path) and (path.name.lower().endswith(SUFFIXES) or plugin_for(path) is None):
         refuse_what_is_no_regular_file(path)
         known_format(path)
     if not path.is_dir():
@@ -117,33 +116,10 @@ def _spoken(signal: str) -> str:
 
 
 def _home(signal: str, in_columns: bool) -> str:
-    from oncenter.read import j1939
+    from oncenter.read import j1939  # late import: it builds its tables, and few logs lack a signal
 
     in_j1939 = "" if in_columns else j1939.home(signal)
     return in_j1939 or "column " + " or ".join(possible_columns(signal))
-
-
-def _is_of_a_plugin(path: Path) -> bool:
-    from oncenter.read.plugins import plugin_for
-
-    return plugin_for(path) is not None
-
-
-def known_format(path: Path) -> Format:
-    """
-    Raises:
-        OncenterError: "unknown_format": this package does not read such files.
-    """
-    found = format_of(path.name)
-    if found is not None:
-        return found
-    from oncenter.read.plugins import suffixes_of_plugins
-
-    known = ", ".join((*SUFFIXES, *suffixes_of_plugins()))
-    raise OncenterError(
-        f"cannot read {path.name or path}: unknown format; export the log as one of {known}",
-        code="unknown_format",
-    )
 
 
 def refuse_unreadable(path: Path) -> None:
@@ -155,26 +131,3 @@ def refuse_unreadable(path: Path) -> None:
                 raise OncenterError(f"{path.name} is empty (0 bytes)", code="empty_log")
     except (OSError, ValueError) as error:
         raise cannot_read(path, error) from error
-
-
-def cannot_read(path: Path, error: Exception) -> OncenterError:
-    reason = getattr(error, "strerror", None) or str(error)
-    return OncenterError(f"cannot read {path}: {reason}", code="unreadable_log")
-
-
-def damaged(name: str, reason: str, remedy: str = "copy or export it again") -> OncenterError:
-    """The error of a file whose content contradicts its format."""
-    return OncenterError(
-        f"cannot read {name}: the file is damaged or has another format ({reason[:160]}); {remedy}",
-        code="unreadable_log",
-    )
-
-
-def counted(number: int, noun: str) -> str:
-    """As "1 line" or "3 lines"."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
-
-
-def reason_of(error: BaseException) -> str:
-    """The first line of an exception's text, or its type if it has none."""
-    return (str(error).strip().splitlines() or [""])[0] or type(error).__name__

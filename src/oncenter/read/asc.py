@@ -16,13 +16,13 @@ from pathlib import Path
 import numpy as np
 
 from oncenter.errors import OncenterError
-from oncenter.read import damaged
 from oncenter.read.cut_off import CutOff
 from oncenter.read.digits import Places
 from oncenter.read.fields import Fields, Layout
 from oncenter.read.frames import Column, Frames
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
+from oncenter.read.wording import damaged
 
 _LAYOUTS = {
     decimal: Layout(

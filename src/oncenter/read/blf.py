@@ -23,9 +23,9 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
-from oncenter.read import counted, damaged
 from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code, joined
+from oncenter.read.wording import counted, damaged
 
 BLOCK_BYTES = 1 << 20  # contents per step, so that their columns fit into the cache
 MAX_CONTAINER_BYTES = 32 << 20  # of a container, packed or unpacked, and of an object; Vector's have 128 KiB

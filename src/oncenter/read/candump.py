@@ -16,10 +16,10 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
-from oncenter.read import counted
 from oncenter.read.cut_off import CutOff
 from oncenter.read.digits import Places, Words, all_decimal, decimal, eight, packed, without_first
 from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
+from oncenter.read.wording import counted
 
 BLOCK_BYTES = 1 << 20  # text per step, so that its columns fit into the cache
 _FULL_FRAME = 8  # bytes

@@ -8,10 +8,10 @@ from pathlib import Path
 
 from oncenter.errors import OncenterError
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
-from oncenter.read import ASSIGN_THEM
 from oncenter.read.frames import Column
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
+from oncenter.read.wording import ASSIGN_THEM
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 _LISTED_MAX = 12  # names in an error message

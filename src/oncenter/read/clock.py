@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
-from oncenter.read import counted
 from oncenter.read.frames import Column
 from oncenter.read.samples import Samples, steps_of
+from oncenter.read.wording import counted
 from oncenter.signals import SIGNALS
 
 SLOWEST_HZ, FASTEST_HZ = 20.0, 200.0  # of a table: range of the core

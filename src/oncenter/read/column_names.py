@@ -24,8 +24,8 @@ def column_names(path: Path) -> dict[str, str]:
 def _of_parquet(path: Path) -> list[str]:
     import polars as pl
 
-    from oncenter.read import cannot_read
     from oncenter.read.tabular import for_polars
+    from oncenter.read.wording import cannot_read
 
     try:
         return list(pl.read_parquet_schema(for_polars(path)))

@@ -13,8 +13,8 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
-from oncenter.read import damaged
 from oncenter.read.cut_off import CutOff
+from oncenter.read.wording import damaged
 
 _SHORT_ROWS_SHARE = 0.01  # of the rows; more mean that the program leaves out empty cells, not damage
 _GZIP = b"\x1f\x8b"

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from oncenter.read import counted
 from oncenter.read.frames import Frames, pgn_of
+from oncenter.read.wording import counted
 
 
 class CutOff(str):

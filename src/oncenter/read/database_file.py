@@ -18,7 +18,7 @@ from xml.parsers import expat
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
-from oncenter.read import reason_of
+from oncenter.read.wording import reason_of
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -11,7 +11,7 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.read.here import as_signals
+from oncenter.read.as_signals import as_signals
 from oncenter.read.samples import Samples
 from oncenter.read.tabular import columns_of, samples_of
 from oncenter.read.time_column import time_column

@@ -15,11 +15,12 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
-from oncenter.read import ASSIGN_THEM, j1939
+from oncenter.read import j1939
 from oncenter.read.database_file import messages_of, printable
 from oncenter.read.frames import PGN_COUNT, Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
+from oncenter.read.wording import ASSIGN_THEM
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 if TYPE_CHECKING:

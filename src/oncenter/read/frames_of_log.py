@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from oncenter.files.log_formats import imported
-from oncenter.read import known_format
 from oncenter.read.frames import Frames, Wanted
+from oncenter.read.plugins import known_format
 
 
 def frames_of_log(

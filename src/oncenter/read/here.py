@@ -1,4 +1,4 @@
-"""Reads a log into a `Signals` in this process. Each format has its module; `clock` resamples to one tick."""
+"""Reads a log into a `Signals` in this process. Each format has its module."""
 
 from __future__ import annotations
 
@@ -10,13 +10,15 @@ from pathlib import Path
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import OF_BAGS, OF_FRAMES, Format, imported
-from oncenter.read import cannot_read, choose, clock, identity, j1939, known_format
 from oncenter.read import dbc as databases
-from oncenter.read.cut_off import short_frames_notes, with_seconds
+from oncenter.read import identity, j1939
+from oncenter.read.as_signals import as_signals
+from oncenter.read.cut_off import short_frames_notes
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Kept, keep, with_groups
-from oncenter.read.plugins import plugin_for, read_plugin
+from oncenter.read.plugins import known_format, plugin_for, read_plugin
 from oncenter.read.samples import Samples
+from oncenter.read.wording import cannot_read
 from oncenter.signals import SignalName, Signals
 
 
@@ -128,21 +130,3 @@ def _no_signal_recognised(
         code="missing_signal",
         needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
     )
-
-
-def as_signals(
-    path: Path, candidates: Sequence[Samples], take: Mapping[str, str], notes: list[str], vin: str | None = None
-) -> Signals:
-    clock.refuse_time_out_of_range(candidates, path.name)
-    chosen, sources = choose.choose(candidates, take, path.name, notes)
-    if not chosen:
-        raise OncenterError(
-            f'all samples in {path.name} are "not available": {"; ".join(notes)}',
-            code="missing_signal",
-            needs=tuple(dict.fromkeys(samples.signal for samples in candidates)),
-        )
-    columns, rate = clock.to_one_tick(chosen, path.name, notes)
-    time = columns["time_s"]
-    if len(time) < 2:
-        raise OncenterError(f"{path.name} is too short: at least 2 ticks are needed, got {len(time)}", code="too_short")
-    return Signals(columns, sources, rate, os.fspath(path), with_seconds(notes, float(time[-1] - time[0])), vin)

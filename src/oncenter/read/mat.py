@@ -19,12 +19,12 @@ import polars as pl
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.regular_file import open_regular_file
-from oncenter.read import damaged, reason_of
 from oncenter.read.channels import Channel, NoSamples, no_signal_recognised, not_there, samples_of
 from oncenter.read.frames import Column
 from oncenter.read.mat_values import Budget, Opaque, Value
 from oncenter.read.samples import Samples
 from oncenter.read.time_column import seconds, time_column
+from oncenter.read.wording import damaged, reason_of
 from oncenter.signals import SignalName
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"

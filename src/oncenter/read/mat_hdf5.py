@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from oncenter.files.extra import require_package
-from oncenter.read import damaged, reason_of
 from oncenter.read.mat_values import Budget, Opaque, Value
+from oncenter.read.wording import damaged, reason_of
 
 
 def variables(path: Path) -> dict[str, Value]:

@@ -26,13 +26,14 @@ import numpy.typing as npt
 
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
-from oncenter.read import ASSIGN_THEM, damaged, j1939, reason_of
+from oncenter.read import j1939
 from oncenter.read.channels import Channel, NoSamples, samples, samples_of
 from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
 from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Column, Frames, Kept, Wanted, bus_code, keep
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, unit_key
+from oncenter.read.wording import ASSIGN_THEM, damaged, reason_of
 from oncenter.signals import SignalName
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oncenter.read import counted, damaged
 from oncenter.read.digits import Places
 from oncenter.read.fields import Lines
 from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
+from oncenter.read.wording import counted, damaged
 
 MANGLED_SHARE = 0.01  # more mean another layout, not local damage
 _LEFT_OUT_MAX = 10_000  # parsing more lines one by one would take minutes

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
-from oncenter.files.log_formats import SUFFIXES
-from oncenter.read.samples import Samples
+from oncenter.files.log_formats import SUFFIXES, Format, format_of
 from oncenter.signals import SignalName
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
+
+    from oncenter.read.samples import Samples
 
 GROUP = "oncenter.readers"
 
@@ -45,6 +46,21 @@ def plugin_for(path: Path) -> EntryPoint | None:
 
 def suffixes_of_plugins() -> list[str]:
     return sorted({point.name for point in _installed() if point.name.startswith(".")})
+
+
+def known_format(path: Path) -> Format:
+    """
+    Raises:
+        OncenterError: "unknown_format": this package does not read such files.
+    """
+    found = format_of(path.name)
+    if found is not None:
+        return found
+    known = ", ".join((*SUFFIXES, *suffixes_of_plugins()))
+    raise OncenterError(
+        f"cannot read {path.name or path}: unknown format; export the log as one of {known}",
+        code="unknown_format",
+    )
 
 
 def read_plugin(path: Path, plugin: EntryPoint, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:

@@ -23,11 +23,11 @@ import numpy as np
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.folder import BAG_PARTS
-from oncenter.read import counted, damaged, reason_of
 from oncenter.read.channels import Channel, NoSamples, is_wanted, no_signal_recognised, not_there, samples_of
 from oncenter.read.frames import Column
 from oncenter.read.ros_messages import Field, Layout, NotDecoded, Types
 from oncenter.read.samples import Samples
+from oncenter.read.wording import counted, damaged, reason_of
 from oncenter.signals import SignalName
 
 _CLOCKS_AGREE_S = 5.0  # longer than the recorder's delay

@@ -11,7 +11,6 @@ import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.nearest_name import did_you_mean
-from oncenter.read import ASSIGN_THEM, counted, damaged, reason_of
 from oncenter.read.csv_text import (
     csv_text,
     separator_of,
@@ -32,6 +31,7 @@ from oncenter.read.units import (
     unit_by_suffix,
     unit_key,
 )
+from oncenter.read.wording import ASSIGN_THEM, counted, damaged, reason_of
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 _POLARS_ERRORS = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)

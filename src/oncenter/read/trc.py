@@ -11,12 +11,12 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from oncenter.read import damaged
 from oncenter.read.cut_off import CutOff
 from oncenter.read.fields import Fields, Layout
 from oncenter.read.frames import Frames
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
+from oncenter.read.wording import damaged
 
 _FIRST = {"identifier": 2, "length": 3, "data": 4}  # positions of fields in version 1.0, and in unknown ones
 _OLD = {  # in other versions 1

@@ -16,12 +16,12 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
-from oncenter.read import counted
 from oncenter.read.cut_off import CutOff
 from oncenter.read.numbers import numbers
 from oncenter.read.samples import Samples
 from oncenter.read.tabular import columns_of, samples_of
 from oncenter.read.units import factors, unit_key
+from oncenter.read.wording import counted
 from oncenter.signals import SIGNALS, SignalName
 
 _HEADER, _UNITS, _NAMES, _DATA = b"[header]", b"[channel units]", b"[column names]", b"[data]"

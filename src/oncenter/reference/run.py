@@ -17,7 +17,7 @@ import numpy as np
 
 from oncenter import _core
 from oncenter.errors import OncenterError
-from oncenter.offset.answer import Estimate
+from oncenter.estimates.estimate import Estimate
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.reference.passes import PLACE_M, Pass, by_place, passes_both_ways, places_of
 from oncenter.reference.straights import (

@@ -11,7 +11,7 @@ from bokeh.embed import components
 from bokeh.plotting import figure
 from bokeh.resources import Resources
 
-from oncenter.offset.findings import capitalised
+from oncenter.findings import capitalised
 from oncenter.report.canvas import COLOURS
 
 _STATUSES = {

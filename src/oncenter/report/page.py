@@ -32,7 +32,8 @@ from oncenter.signals import DEGREE, SIGNALS
 from oncenter.verdict import verdicts_of
 
 if TYPE_CHECKING:
-    from oncenter.offset.answer import Answer, Estimate
+    from oncenter.estimates.estimate import Estimate
+    from oncenter.offset.answer import Answer
 
 _QUANTITIES = {
     "offset": "Straight-ahead offset",

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import oncenter as oc
-from oncenter.offset.findings import PLAY_STANDARD_DEG
+from oncenter.findings import PLAY_STANDARD_DEG
 from oncenter.offset.run import trace
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate.truth import Truth

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 import oncenter as oc
-from oncenter.offset.answer import METHODS
+from oncenter.estimates.estimates import METHODS
 from oncenter.signals import DEGREE
 from oncenter.thesis.drives import SEED, simulated
 from oncenter.thesis.figure import MUTED, OURS, THESIS, Claim, Exhibit, Figure, Misprint, Progress, Table

@@ -6,20 +6,16 @@ recalibrated. The thesis gives no service limit; 5.6 gives the accuracy of its m
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from oncenter.estimates.estimates import Estimates
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG as LIMIT_DEG
 from oncenter.verdict.components import accelerometer, angle_sensor, free_play, yaw_rate_sensor
 from oncenter.verdict.offset import offset
 from oncenter.verdict.verdict import About, State, Verdict
 
-if TYPE_CHECKING:
-    from oncenter.offset.answer import Answer
-
 __all__ = ["LIMIT_DEG", "About", "State", "Verdict", "verdicts_of"]
 
 
-def verdicts_of(answer: Answer, limit_deg: float | None = None) -> tuple[Verdict, ...]:
+def verdicts_of(answer: Estimates, limit_deg: float | None = None) -> tuple[Verdict, ...]:
     """One verdict each about the straight-ahead offset, the steering wheel angle sensor, the free play, the yaw rate
     sensor and the accelerometer, in this order.
 

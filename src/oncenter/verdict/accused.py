@@ -2,33 +2,35 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from oncenter.offset.signals_at_fault import accused_by
-
-if TYPE_CHECKING:
-    from oncenter.offset.answer import Answer
-    from oncenter.offset.findings import Finding
+from oncenter.estimates.estimates import Estimates
+from oncenter.findings import Finding
 
 _BY_SIGNALS = ("sign_reversed", "scale", "signal_stuck", "vehicle_speed_zero", "wheel_speed")  # codes of such errors
+_SIGNALS = ("steering wheel angle", "yaw rate", "vehicle speed", "lateral acceleration", "wheel speed")
 
 
-def finding_of(answer: Answer, code: str, severity: str | None = None) -> Finding | None:
+def accused_by(fault: Finding) -> list[str]:
+    """Names of the signals that an error accuses, in words; the witnesses that it names after its colon are not."""
+    first, _, rest = fault.text.partition(":")
+    return [name for name in _SIGNALS if name in first] or [name for name in _SIGNALS if name in rest]
+
+
+def finding_of(answer: Estimates, code: str, severity: str | None = None) -> Finding | None:
     """The first of this code, and of this severity if one is given."""
     matching = (each for each in answer.findings if each.code == code and severity in (None, each.severity))
     return next(matching, None)
 
 
-def errors_of_signals(answer: Answer) -> list[Finding]:
+def errors_of_signals(answer: Estimates) -> list[Finding]:
     return [finding for finding in answer.findings if finding.severity == "error" and finding.code in _BY_SIGNALS]
 
 
-def accused(answer: Answer) -> list[str]:
+def accused(answer: Estimates) -> list[str]:
     """Names of the signals, in words."""
     return list(dict.fromkeys(name for finding in errors_of_signals(answer) for name in accused_by(finding)))
 
 
-def is_sensor_fault(answer: Answer) -> bool:
+def is_sensor_fault(answer: Estimates) -> bool:
     """A fault of the angle sensor. A reversed sign is none where the signals contradict each other: the mistake may be
     another signal's sign, or an entry of the vehicle file."""
     if answer.sensor_fault == "wrong_sign":

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from oncenter.offset.core_findings import YAW_RATE_BIAS_LARGE_DEG_S
-from oncenter.offset.findings import PLAY_STANDARD_DEG
+from oncenter.estimates.estimates import Estimates
+from oncenter.findings import PLAY_STANDARD_DEG
+from oncenter.plausibility.zeros import YAW_RATE_BIAS_LARGE_DEG_S
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE
 from oncenter.verdict.accused import accused, finding_of, is_sensor_fault
@@ -13,15 +12,12 @@ from oncenter.verdict.numbers import half_width, rounded
 from oncenter.verdict.offset import FAULTS
 from oncenter.verdict.verdict import About, State, Verdict
 
-if TYPE_CHECKING:
-    from oncenter.offset.answer import Answer
-
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none: offset/answer.py
 _NO_ACTION = "No action."
 _LOOK = "Look at the sensor and its mounting."
 
 
-def angle_sensor(answer: Answer) -> Verdict:
+def angle_sensor(answer: Estimates) -> Verdict:
     about: About = "steering wheel angle sensor"
     if is_sensor_fault(answer):
         what, check = FAULTS[answer.sensor_fault]
@@ -33,7 +29,7 @@ def angle_sensor(answer: Answer) -> Verdict:
     return Verdict(about, "ok", "No fault found.", _NO_ACTION)
 
 
-def free_play(answer: Answer) -> Verdict:
+def free_play(answer: Estimates) -> Verdict:
     """By the maintenance standard of thesis 2.1."""
     about: About = "free play"
     if answer.method != "joint":
@@ -55,7 +51,7 @@ def free_play(answer: Answer) -> Verdict:
     return Verdict(about, "check", f"Check: {found}", action)
 
 
-def yaw_rate_sensor(answer: Answer) -> Verdict:
+def yaw_rate_sensor(answer: Estimates) -> Verdict:
     about: About = "yaw rate sensor"
     if "yaw rate" in accused(answer):
         return _signal_at_fault(about, "yaw rate")
@@ -80,7 +76,7 @@ def yaw_rate_sensor(answer: Answer) -> Verdict:
     return Verdict(about, "ok", f"Bias {bias:+.2f} deg/s{', corrected' if corrected else ''}.", _NO_ACTION)
 
 
-def accelerometer(answer: Answer) -> Verdict:
+def accelerometer(answer: Estimates) -> Verdict:
     about: About = "accelerometer"
     if "lateral acceleration" in accused(answer):
         return _signal_at_fault(about, "lateral acceleration")
@@ -115,6 +111,6 @@ def _signal_at_fault(about: About, signal: str) -> Verdict:
     return Verdict(about, "check", headline, "Correct the signal as the findings say.")
 
 
-def _not_used(about: About, answer: Answer) -> Verdict:
+def _not_used(about: About, answer: Estimates) -> Verdict:
     by = f"the method {answer.method}" if answer.method == "wheel-speed" else "this answer"
     return Verdict(about, "undecided", f"Not used by {by}.", _NO_ACTION)

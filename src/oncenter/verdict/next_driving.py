@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
+from oncenter.estimates.estimates import Estimates
 from oncenter.verdict.accused import finding_of
 from oncenter.verdict.numbers import joined
-
-if TYPE_CHECKING:
-    from oncenter.offset.answer import Answer
 
 _MINUTE_S = 60.0
 _TOO_WIDE = "The interval is still too wide."
@@ -22,7 +20,7 @@ class Driving(NamedTuple):
     why: str
 
 
-def next_driving(answer: Answer) -> Driving:
+def next_driving(answer: Estimates) -> Driving:
     """The most pressing lack first."""
     lacks = (_signal(answer), _speed(answer), _gate(answer), _accelerometer(answer), _loading(answer))
     others = (_evidence(answer), _tighter_bends(answer), _narrower(answer))
@@ -36,20 +34,20 @@ def minutes(seconds: float) -> str:
     return f"{count} more minute{'' if count == 1 else 's'}"
 
 
-def _speed_min_km_h(answer: Answer) -> float:
+def _speed_min_km_h(answer: Estimates) -> float:
     of = "joint_" if answer.method == "joint" else ""
     return 3.6 * answer.params[f"{of}speed_min_m_s"]
 
 
-def _evidence_min_s(answer: Answer) -> float:
+def _evidence_min_s(answer: Estimates) -> float:
     return answer.params["joint_evidence_min_s" if answer.method == "joint" else "offset_evidence_min_s"]
 
 
-def _both_sides(answer: Answer) -> str:
+def _both_sides(answer: Estimates) -> str:
     return "with bends to both sides" if answer.method == "joint" else "nearly straight ahead"
 
 
-def _signal(answer: Answer) -> Driving | None:
+def _signal(answer: Estimates) -> Driving | None:
     """A signal that is missing for most of the time."""
     missing_s = answer.rejected_s.get("missing_signal", 0.0)
     if answer.used_s >= _evidence_min_s(answer) or missing_s < 0.5 * answer.duration_s:
@@ -60,7 +58,7 @@ def _signal(answer: Answer) -> Driving | None:
     )
 
 
-def _speed(answer: Answer) -> Driving | None:
+def _speed(answer: Estimates) -> Driving | None:
     """Nothing used, and most of it for want of speed."""
     too_slow_s = answer.rejected_s.get("speed", 0.0)
     if answer.used_s > 0.0 or too_slow_s < 0.5 * answer.duration_s:
@@ -72,12 +70,12 @@ def _speed(answer: Answer) -> Driving | None:
     )
 
 
-def _gate(answer: Answer) -> Driving | None:
+def _gate(answer: Estimates) -> Driving | None:
     finding = finding_of(answer, "gate_shut")
     return None if finding is None else Driving("check the signals, then repeat the drive", _sentence(finding.text))
 
 
-def _accelerometer(answer: Answer) -> Driving | None:
+def _accelerometer(answer: Estimates) -> Driving | None:
     """A zero that moves makes every later second doubtful."""
     finding = finding_of(answer, "lateral_acceleration_moves", "warning")
     if finding is None:
@@ -85,7 +83,7 @@ def _accelerometer(answer: Answer) -> Driving | None:
     return Driving("check the accelerometer, or answer without it (--no-accelerometer)", _sentence(finding.text))
 
 
-def _loading(answer: Answer) -> Driving | None:
+def _loading(answer: Estimates) -> Driving | None:
     """Free play and offset are separated by lateral force to both sides."""
     left_s, right_s = answer.missing_loading_s
     sides = [(side, s) for side, s in (("left", left_s), ("right", right_s)) if s > 0.0]
@@ -99,11 +97,11 @@ def _loading(answer: Answer) -> Driving | None:
     return Driving(f"drive {wanted}", f"{why} Free play and offset are not separated yet.")
 
 
-def _lacking_evidence_s(answer: Answer) -> float:
+def _lacking_evidence_s(answer: Estimates) -> float:
     return max(_evidence_min_s(answer) - answer.used_s, 0.0)
 
 
-def _evidence(answer: Answer) -> Driving | None:
+def _evidence(answer: Estimates) -> Driving | None:
     lacking_s = _lacking_evidence_s(answer)
     if lacking_s <= 0.0:
         return None
@@ -113,7 +111,7 @@ def _evidence(answer: Answer) -> Driving | None:
     )
 
 
-def _tighter_bends(answer: Answer) -> Driving | None:
+def _tighter_bends(answer: Estimates) -> Driving | None:
     if finding_of(answer, "no_understeer") is None:
         return None
     return Driving(
@@ -122,7 +120,7 @@ def _tighter_bends(answer: Answer) -> Driving | None:
     )
 
 
-def _narrower(answer: Answer) -> Driving | None:
+def _narrower(answer: Estimates) -> Driving | None:
     """The action that narrows the drive's part of the interval most."""
     if not answer.next_driving:
         return None

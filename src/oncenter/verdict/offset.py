@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from oncenter.offset.cause import in_words
-from oncenter.offset.findings import PLAY_STANDARD_DEG, capitalised
+from oncenter.estimates.cause import in_words
+from oncenter.estimates.changes import Change
+from oncenter.estimates.estimates import Estimates
+from oncenter.findings import PLAY_STANDARD_DEG, capitalised
 from oncenter.read.whole_turns import is_relative
 from oncenter.verdict.accused import accused, errors_of_signals, is_sensor_fault
 from oncenter.verdict.next_driving import next_driving
 from oncenter.verdict.numbers import floor_of_size, half_width, joined, plus_minus, rounded
 from oncenter.verdict.verdict import State, Verdict
-
-if TYPE_CHECKING:
-    from oncenter.offset.answer import Answer
-    from oncenter.offset.changes import Change
 
 _OFFSET = "straight-ahead offset"
 FAULTS = {  # of the angle sensor, by the core's names: what happens, and the check
@@ -30,7 +26,7 @@ FAULTS = {  # of the angle sensor, by the core's names: what happens, and the ch
 }
 
 
-def offset(answer: Answer, limit_deg: float) -> Verdict:
+def offset(answer: Estimates, limit_deg: float) -> Verdict:
     """About the straight-ahead offset; `limit_deg` in deg, either sign."""
     if is_sensor_fault(answer):
         return _repair(answer)
@@ -47,7 +43,7 @@ def _verdict(state: State, headline: str, action: str, *notes: str) -> Verdict:
     return Verdict("straight-ahead offset", state, headline, action, " ".join(filter(None, notes)))
 
 
-def _repair(answer: Answer) -> Verdict:
+def _repair(answer: Estimates) -> Verdict:
     what, check = FAULTS[answer.sensor_fault]
     value, half_width_rad = answer.offset.value, answer.offset_half_width_rad
     note = ""
@@ -56,7 +52,7 @@ def _repair(answer: Answer) -> Verdict:
     return _verdict("repair", f"Repair: the steering wheel angle sensor {what}.", f"{check} Then drive again.", note)
 
 
-def _no_verdict(answer: Answer) -> Verdict:
+def _no_verdict(answer: Estimates) -> Verdict:
     names = accused(answer)
     check = f"the {joined(names)} signal{'' if len(names) == 1 else 's'}" if names else "the signals"
     errors = errors_of_signals(answer)
@@ -64,7 +60,7 @@ def _no_verdict(answer: Answer) -> Verdict:
     return _verdict("no_verdict", f"No verdict: check {check}.", "Correct the signal, then read the log again.", note)
 
 
-def _no_correction(answer: Answer, limit_deg: float) -> Verdict:
+def _no_correction(answer: Estimates, limit_deg: float) -> Verdict:
     value, half_width_rad = answer.offset.value, answer.offset_half_width_rad
     found = ""
     if value is not None and half_width_rad is not None:
@@ -77,7 +73,7 @@ def _no_correction(answer: Answer, limit_deg: float) -> Verdict:
     )
 
 
-def _not_exact(answer: Answer, limit_deg: float) -> Verdict:
+def _not_exact(answer: Estimates, limit_deg: float) -> Verdict:
     """Converging, or not observable."""
     driving = next_driving(answer)
     logs = "both logs" if len(answer.drives) == 1 else "all logs"
@@ -94,7 +90,7 @@ def _not_exact(answer: Answer, limit_deg: float) -> Verdict:
     return _verdict("undecided", f"Undecided: {driving.wanted}.", log_it, so_far, *notes)
 
 
-def _exact(answer: Answer, limit_deg: float) -> Verdict:
+def _exact(answer: Estimates, limit_deg: float) -> Verdict:
     """A valid offset. An offset whose whole interval holds zero is not set, since that might make it worse."""
     value, half_width_rad, ci95 = answer.offset.value, answer.offset_half_width_rad, answer.offset.ci95
     assert value is not None and half_width_rad is not None and ci95 is not None
@@ -119,7 +115,7 @@ def _direction(offset_rad: float) -> str:
     return f"When the truck drives straight ahead, the sensor reads {abs(rounded(offset_rad)):.1f} deg to the {side}."
 
 
-def _correction(answer: Answer) -> str:
+def _correction(answer: Estimates) -> str:
     """The sum to add, as rounded in the headline; with a correction that is applied already, also the sum of both."""
     assert answer.offset.value is not None
     remaining, applied = -rounded(answer.offset.value) + 0.0, round(answer.vehicle.offset_applied_deg, 3)
@@ -129,7 +125,7 @@ def _correction(answer: Answer) -> str:
     return f"Add {remaining:+.1f} deg to the {applied:+.4g} deg that is applied already: set {total:+.4g} deg."
 
 
-def _in_own_count(answer: Answer) -> str:
+def _in_own_count(answer: Estimates) -> str:
     """The sum with the opposite sign, for the network or ECU whose own values are positive to the right."""
     assert answer.offset.value is not None
     entry = answer.vehicle.signals.get("steering_wheel_angle")
@@ -140,7 +136,7 @@ def _in_own_count(answer: Answer) -> str:
     return f"The network counts right as positive: in its own count, add {remaining:+.1f} deg{total}."
 
 
-def _straddles(answer: Answer, limit_deg: float) -> str:
+def _straddles(answer: Estimates, limit_deg: float) -> str:
     """The interval on both sides of the limit: this drive's part of it, or only the part that no drive separates."""
     value, half_width_rad, ci95 = answer.offset.value, answer.offset_half_width_rad, answer.offset.ci95
     assert value is not None and half_width_rad is not None and ci95 is not None
@@ -167,7 +163,7 @@ def _crossing(low: float, high: float, limit_deg: float, is_over: bool) -> str:
     return ""
 
 
-def _play_is_left_out(answer: Answer) -> str:
+def _play_is_left_out(answer: Estimates) -> str:
     if answer.method == "joint":
         return ""
     return (
@@ -176,7 +172,7 @@ def _play_is_left_out(answer: Answer) -> str:
     )
 
 
-def _change(answer: Answer) -> str:
+def _change(answer: Estimates) -> str:
     """The last change of the offset that lasted."""
     lasting = [change for change in answer.changes if _has_lasted(change)]
     if not lasting:

@@ -1,0 +1,93 @@
+"""All numbers of a drive, or of several of one truck. Verdicts and JSON are made from them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from oncenter.estimates.cause import Cause
+from oncenter.estimates.changes import Change
+from oncenter.estimates.correction import Correction
+from oncenter.estimates.estimate import Estimate
+from oncenter.findings import Finding
+from oncenter.read.whole_turns import is_relative
+from oncenter.signals import DEGREE, Signals
+from oncenter.truck.drives import Summary
+from oncenter.vehicle import Vehicle
+
+Method = Literal["thesis", "joint", "wheel-speed"]
+METHODS: tuple[Method, ...] = ("thesis", "joint", "wheel-speed")
+DEFAULT_METHOD: Method = "joint"
+
+
+@dataclass(frozen=True, repr=False)
+class Estimates:
+    """All that a drive, or several of one truck, says about its steering wheel angle sensor.
+
+    Times are in seconds of ticks;
+    duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are the tables answered, so that
+    `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one;
+    `unloading_acceleration` is the neutral lateral acceleration: the measured one at which the steering carries no
+    load. `equivalent_wheelbase` is the one of (10) that fits the bends; it contains an error of the steering ratio.
+    `side_force_s` are the seconds of lateral force clearly to the left and to the right, which load the left and the
+    right flank of the play; of the joint method.
+    `missing_loading_s` are the seconds of lateral force to the left and to the right that the joint method still needs
+    before it can separate play and offset there; zero where enough was driven, and for the other methods.
+    `changes` are those found in the drive, in order of time; the core keeps only the last ones.
+    `sensor_fault` is the fault of the angle sensor at the end, "none" or one of the core's names. With a fault the
+    offset is `invalid`: it was estimated before the fault.
+
+    `offset` is the straight-ahead offset. Its `ci95` has two parts: `offset_ci95_drive` is this drive's part, and
+    `not_identifiable` lists the causes that no single drive identifies. The other methods do not separate them: their
+    list is empty and both intervals are one. `offset_per_acceleration` is the change of the offset by a pull or a mean
+    crosswind, rad/(m/s^2).
+
+    `next_driving` is the driving that would narrow this drive's part of the offset's interval, in words, the most
+    useful first; of the joint method.
+    """
+
+    version: str
+    log: str
+    vehicle: Vehicle
+    method: Method
+    params: Mapping[str, float]
+    sources: Mapping[str, str]
+    notes: tuple[str, ...]
+    offset: Estimate
+    offset_ci95_drive: tuple[float, float] | None
+    not_identifiable: tuple[Cause, ...]
+    offset_per_acceleration: float
+    understeer_gradient: Estimate
+    backlash: Estimate
+    unloading_acceleration: Estimate
+    equivalent_wheelbase: Estimate
+    yaw_rate_bias: Estimate
+    lateral_acceleration_bias: Estimate
+    wheel_radius_mismatch_rear: Estimate
+    wheel_radius_mismatch_front: Estimate
+    variance_if_independent_rad2: float | None
+    side_force_s: tuple[float, float]
+    missing_loading_s: tuple[float, float]
+    changes: tuple[Change, ...]
+    sensor_fault: str
+    duration_s: float
+    used_s: float
+    unused_s: float
+    rejected_s: Mapping[str, float]
+    findings: tuple[Finding, ...]
+    drives: tuple[Signals, ...]
+    summary: Summary | None
+    next_driving: tuple[str, ...] = ()
+
+    @property
+    def correction(self) -> Correction | None:
+        """None unless the offset is valid; None for a relative sensor, whose zero changes at each ignition."""
+        if self.offset.value is None or self.offset.status != "valid" or any(map(is_relative, self.drives)):
+            return None
+        return Correction(self.vehicle.offset_applied_deg * DEGREE, -self.offset.value)
+
+    @property
+    def offset_half_width_rad(self) -> float | None:
+        """Of `offset_ci95_drive`."""
+        return None if self.offset_ci95_drive is None else 0.5 * (self.offset_ci95_drive[1] - self.offset_ci95_drive[0])

@@ -13,7 +13,6 @@ from oncenter.cli import run
 from oncenter.cli.explain import PAGE, Section, read_sections
 from oncenter.errors import WRONG_USAGE
 from oncenter.files.child import READER_DEATHS
-from oncenter.findings import TABLE
 
 ROOT = Path(__file__).parents[1]
 SOURCES = [path for path in ROOT.glob("src/oncenter/**/*.py") if path.name != "_declarations.py"]
@@ -38,14 +37,16 @@ def texts(node: ast.AST | None) -> set[str]:
 
 
 @cache
-def findings_in_source() -> dict[str, set[str]]:
-    """By code, the severities that appear in its calls of Finding; those of the table have their row's."""
-    found: dict[str, set[str]] = {code: {row.severity} for code, row in TABLE.items()}
+def findings_in_source() -> dict[str, tuple[set[str], set[str]]]:
+    """By code, the severities and the units of the functions that are registered for it."""
+    found: dict[str, tuple[set[str], set[str]]] = {}
     for path in SOURCES:
-        for call in calls(ast.parse(path.read_text(encoding="utf-8")), "Finding"):
-            if call.args and isinstance(call.args[0], ast.Constant):
-                severities = texts(call.args[1]) & SEVERITIES
-                found.setdefault(call.args[0].value, set()).update(severities)
+        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for mark in calls(ast.Module(getattr(function, "decorator_list", []), []), "finding"):
+                code, _, *unit = (ast.literal_eval(each) for each in mark.args)
+                severities, units = found.setdefault(code, (set(), set()))
+                severities |= texts(function) & SEVERITIES
+                units |= set(unit)
     return found
 
 
@@ -97,12 +98,10 @@ def test_the_page_gives_the_severity_and_the_unit_of_a_finding(code: str) -> Non
     assert head is not None, "Severity: warning. Value: `deg`, free play."
     severities = {head[1], *({head[2]} if head[2] else set())}
     assert severities <= SEVERITIES
-    in_source = findings_in_source()[code]
+    in_source, units = findings_in_source()[code]
     assert in_source <= severities
-    if code in TABLE:
-        unit = re.match(r"`(.+?)`", head[3])
-        assert head[1] in (TABLE[code].severity, head[2]) and TABLE[code].severity in severities
-        assert (unit and unit[1]) == TABLE[code].unit
+    assert not [unit for unit in units if unit not in head[3]]
+    assert bool(units) or "`" not in head[3]
 
 
 @pytest.mark.parametrize("section", read_sections(), ids=lambda section: f"{section.kind}-{section.code}")

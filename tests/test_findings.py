@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import replace
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,12 @@ import oncenter as oc
 from oncenter import _core
 from oncenter.cli.explain import read_sections
 from oncenter.estimates.changes import Change
-from oncenter.findings import TABLE, Finding, demand
-from oncenter.offset import coarse_recording, core_findings, several_logs, vehicle_file
-from oncenter.offset import joint_findings as joint_findings_room
+from oncenter.findings import Finding, demand
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.joint_findings import joint_findings
-from oncenter.plausibility import zeros
 from oncenter.signals import DEGREE, Signals
 
+ROOT = Path(__file__).parents[1]
 TRUCK = oc.vehicle("scania_r730_4x2")
 PARAMS = _core.default_params()
 
@@ -566,11 +565,16 @@ def test_a_wrong_unit_is_not_blamed_on_the_vehicle_file(fault: tuple[str, float]
     assert answer.vehicle == TRUCK and answer.findings[0].severity == "error"
 
 
-def test_each_row_of_the_table_has_a_rule_and_each_rule_a_row() -> None:
-    rooms = (core_findings, joint_findings_room, several_logs, coarse_recording, vehicle_file, zeros)
-    rules = [Path(room.__file__).read_text(encoding="utf-8") for room in rooms]
-    codes = [code for text in rules for code in re.findall(r'from_table\(\s*"(\w+)"', text)]
-    assert set(codes) == set(TABLE)
+def test_each_finding_comes_from_a_function_that_is_registered_for_its_code() -> None:
+    sources = {path: path.read_text(encoding="utf-8") for path in (ROOT / "src" / "oncenter").rglob("*.py")}
+    assert [path.name for path, text in sources.items() if re.search(r"\bFinding\(", text)] == ["findings.py"]
+
+
+@pytest.mark.parametrize("order", list(permutations(("info", "error", "warning"))))
+def test_the_findings_of_an_answer_are_in_order_whichever_way_they_were_added(order: tuple[str, ...]) -> None:
+    answer = oc.offset(steady_drive(), TRUCK)
+    added = replace(answer, findings=tuple(Finding(severity, severity, "") for severity in order))
+    assert [each.severity for each in added.findings] == ["error", "warning", "info"]
 
 
 def test_a_lost_angle_sensor_is_dated_and_each_line_names_its_code() -> None:

@@ -5,16 +5,19 @@ offset, and the action for the user, which an info may leave out. Its first sent
 one has no full stop: `capitalised` and the pages add both. `docs/reference/findings.md` has a section for each code,
 which `oncenter explain CODE` prints.
 
-The table has a row for each finding on an answer of the core; its rule and its text are in `core_findings` or
-`joint_findings`. Degrees here: findings are for people and files.
+Degrees here: findings are for people and files.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+Found = TypeVar("Found")  # a finding, or a list of them, or None
 
 PLAY_STANDARD_DEG = 15.0  # maintenance standard, thesis 2.1
 _DEMAND_STEP_S = 60.0  # a driver cannot plan seconds
@@ -69,52 +72,30 @@ def capitalised(text: str) -> str:
     return text[:1].upper() + text[1:] if first.replace("-", "").isalpha() else text
 
 
-class Row(NamedTuple):
-    """Default severity and unit of a code's value, and its condition in words."""
+class Kind(NamedTuple):
+    """What the findings of a code have in common: the usual severity, and the unit of the value."""
 
+    code: str
     severity: str
     unit: str | None
-    condition: str
+
+    def __call__(
+        self, text: str, value: float | None = None, *, severity: str | None = None, unit: str | None = None
+    ) -> Finding:
+        """A finding of this kind; `severity` and `unit` where they are not the usual ones."""
+        unit = None if value is None else unit or self.unit
+        return Finding(self.code, severity or self.severity, text, value, unit)
 
 
-TABLE = {
-    # of all methods
-    "steering_wheel_angle_sensor_at_fault": Row("error", None, "the sensor check found a fault: the offset is invalid"),
-    "signals_not_available": Row("warning", "s", "a signal is missing for a good part of the duration"),
-    "gate_shut": Row("warning", "m/s^2", "fast for long enough, but no second passed the gate"),
-    "steering_wheel_angle_offset": Row("warning", "deg", "valid, and its whole interval beyond a healthy sensor's"),
-    "yaw_rate_bias": Row("warning", "deg/s", "not small; info where it was corrected and is not large"),
-    "yaw_rate_bias_moves": Row("warning", "s", "alarm of 5.3.1's CUSUM; info where it has passed"),
-    "lateral_acceleration_at_standstill": Row("warning", "m/s^2", "not small at standstill"),
-    "yaw_rate_coarse": Row("warning", "deg/s", "the steps of the yaw rate are coarse"),
-    "recorded_slowly": Row("warning", "Hz", "the angle was recorded below 20 Hz, and resampled"),
-    "relative_angle_sensor": Row("info", None, "the sensor reports an arbitrary zero (SPN 1812 = 0)"),
-    "not_enough_evidence": Row("info", "s", "fewer usable seconds than the method needs"),
-    # limits of the methods thesis and wheel-speed
-    "understeer_gradient_unknown": Row("info", "s", "the gradient is unobservable: taken as zero"),
-    "play_not_seen": Row("info", "deg", "whenever seconds were used"),
-    # of the joint method
-    "bends_changed": Row("info", "s", "a change that was not one of the offset"),
-    "offset_corrected_by_sender": Row("warning", "deg", "the offset changed from large to nearly zero"),
-    "straight_ahead_moved": Row("info", "deg", "a change smaller than that of a remounted sensor"),
-    "offset_changed": Row("warning", "deg", "the offset changed otherwise, by more than its interval"),
-    "steering_play": Row("warning", "deg", "valid, and beyond the maintenance standard"),
-    "unloading_off_zero": Row("warning", "m/s^2", "valid, and its whole interval away from zero"),
-    "roads_fall_to_other_side": Row("warning", "%", "the mean bank contradicts the vehicle file's traffic side"),
-    "lateral_acceleration_moves": Row(
-        "warning", "m/s^2", "the zero moves more than road bank can; info where only the joint method suspects it"
-    ),
-    "wheelbase_or_ratio": Row("info", "m", "valid, and its whole interval away from the vehicle file's"),
-    "one_flank_seen": Row("warning", "s", "evidence enough, but too little lateral force to a side"),
-    "no_understeer": Row("warning", "deg/(m/s^2)", "evidence enough, but the gradient is not positive"),
-    "another_load_would_help": Row("info", None, "several logs, and their gradients hardly differ"),
-    "interval": Row("info", "deg", "whenever the offset is observable"),
-}
+def finding(
+    code: str, severity: str, unit: str | None = None
+) -> Callable[[Callable[Concatenate[Kind, P], Found]], Callable[P, Found]]:
+    """Registers a code at the function that finds it, which gets the kind as its first argument.
 
+    Its docstring has the condition. A code may have several functions.
+    """
 
-def from_table(
-    code: str, text: str, value: float | None = None, *, severity: str | None = None, unit: str | None = None
-) -> Finding:
-    """The finding of a row of the table; `severity` and `unit` where they are not the row's."""
-    row = TABLE[code]
-    return Finding(code, severity or row.severity, text, value, None if value is None else unit or row.unit)
+    def registered(finds: Callable[Concatenate[Kind, P], Found]) -> Callable[P, Found]:
+        return partial(finds, Kind(code, severity, unit))
+
+    return registered

@@ -12,11 +12,11 @@ from oncenter.cli.options import progress_bar
 from oncenter.cli.standard_input import STANDARD_INPUT, as_file
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import OF_FRAMES
+from oncenter.findings import Finding, Kind, finding
 from oncenter.utc import EPOCH_S
 
 if TYPE_CHECKING:
     from oncenter.cli.places import Places
-    from oncenter.findings import Finding
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
@@ -144,36 +144,26 @@ def _with_all(
     return complete, refusals
 
 
-def _left_out(refusals: Sequence[OncenterError]) -> list[Finding]:
-    from oncenter.findings import Finding
-
-    return [
-        Finding("log_left_out", "warning", f"a log was left out: {error}. The offset is estimated from the other logs")
-        for error in refusals
-    ]
+@finding("log_left_out", "warning")
+def _left_out(found: Kind, refusals: Sequence[OncenterError]) -> list[Finding]:
+    return [found(f"a log was left out: {error}. The offset is estimated from the other logs") for error in refusals]
 
 
-def _given_twice(twice: Sequence[Path]) -> list[Finding]:
-    from oncenter.findings import Finding
-
-    return [
-        Finding("log_given_twice", "warning", f"{log} is given twice; it is used once. The offset is not affected")
-        for log in twice
-    ]
+@finding("log_given_twice", "warning")
+def _given_twice(found: Kind, twice: Sequence[Path]) -> list[Finding]:
+    return [found(f"{log} is given twice; it is used once. The offset is not affected") for log in twice]
 
 
-def _overlaps(drives: Sequence[Signals]) -> list[Finding]:
+@finding("logs_overlap", "warning")
+def _overlaps(found: Kind, drives: Sequence[Signals]) -> list[Finding]:
     """Among drives with the time of day: one truck cannot be on two of them at once."""
-    from oncenter.findings import Finding
 
     def span(drive: Signals) -> tuple[float, float]:
         return float(drive.columns["time_s"][0]), float(drive.columns["time_s"][-1])
 
     dated = sorted((drive for drive in drives if span(drive)[0] > EPOCH_S), key=span)
     return [
-        Finding(
-            "logs_overlap",
-            "warning",
+        found(
             f"{one.log} and {other.log} overlap in time for {min(span(one)[1], span(other)[1]) - span(other)[0]:.0f} s."
             " This part is used twice, so the interval of the offset is too narrow. Give only one of the two logs",
         )

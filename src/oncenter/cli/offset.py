@@ -85,7 +85,6 @@ def offset(
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.cli.places import logs_at
     from oncenter.files.whole_file import check_place
-    from oncenter.findings import most_severe_first
     from oncenter.report import check_report
 
     failing, take = statuses_of(fail_on), sources_of(source)
@@ -122,8 +121,7 @@ def offset(
             from oncenter.memory import offset_with_memory
 
             answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
-    findings = most_severe_first((*told, *answer.findings))
-    answer = replace(answer, findings=findings, notes=(*answer.notes, *places.notes))
+    answer = replace(answer, findings=(*told, *answer.findings), notes=(*answer.notes, *places.notes))
     typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
     if memory is not None and after is not None and after != before:
         from oncenter.memory import write_memory

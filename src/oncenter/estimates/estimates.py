@@ -10,7 +10,7 @@ from oncenter.estimates.cause import Cause
 from oncenter.estimates.changes import Change
 from oncenter.estimates.correction import Correction
 from oncenter.estimates.estimate import Estimate
-from oncenter.findings import Finding
+from oncenter.findings import Finding, most_severe_first
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.drives import Summary
@@ -34,7 +34,8 @@ class Estimates:
     right flank of the play; of the joint method.
     `missing_loading_s` are the seconds of lateral force to the left and to the right that the joint method still needs
     before it can separate play and offset there; zero where enough was driven, and for the other methods.
-    `changes` are those found in the drive, in order of time; the core keeps only the last ones.
+    `changes` are those found in the drive, in order of time; the core keeps only the last ones. `findings` are put in
+    order, the most severe first.
     `sensor_fault` is the fault of the angle sensor at the end, "none" or one of the core's names. With a fault the
     offset is `invalid`: it was estimated before the fault.
 
@@ -79,6 +80,9 @@ class Estimates:
     drives: tuple[Signals, ...]
     summary: Summary | None
     next_driving: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "findings", most_severe_first(self.findings))
 
     @property
     def correction(self) -> Correction | None:

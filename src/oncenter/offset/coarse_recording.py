@@ -19,7 +19,7 @@ from typing import Any
 
 from oncenter import _core
 from oncenter.estimates.estimates import Method
-from oncenter.findings import Finding, from_table
+from oncenter.findings import Finding, Kind, finding
 from oncenter.plausibility.presence import coarse_step, held_rate_hz
 from oncenter.read.clock import is_too_slow_for_the_core
 from oncenter.signals import DEGREE, Signals
@@ -108,24 +108,28 @@ def _wider(estimate: Mapping[str, Any], more_sd: float, judged_sd: float, half_w
 
 def coarse_recording_findings(native: Mapping[str, Any], coarse: Coarseness, method: Method) -> list[Finding]:
     """None where the recording is fine enough for the method."""
-    found = []
-    if coarse.yaw_rate_step > 0.0 and method != "wheel-speed":
-        found.append(_of_steps(native, coarse.yaw_rate_step))
-    if coarse.rate_hz > 0.0:
-        times = 1.0 + _SCATTER_HZ / coarse.rate_hz
-        text = (
-            f"recorded at {coarse.rate_hz:.3g} Hz, which is too slow to identify the sensor noise. The interval of the "
-            f"offset is therefore {times:.2g} times as wide. Record at 100 Hz"
-        )
-        found.append(from_table("recorded_slowly", text, coarse.rate_hz))
-    return found
+    of_steps = coarse.yaw_rate_step > 0.0 and method != "wheel-speed"
+    steps = [_of_steps(native, coarse.yaw_rate_step)] if of_steps else []
+    return [*steps, _of_rate(coarse.rate_hz)] if coarse.rate_hz > 0.0 else steps
 
 
-def _of_steps(native: Mapping[str, Any], step: float) -> Finding:
+@finding("recorded_slowly", "warning", "Hz")
+def _of_rate(found: Kind, rate_hz: float) -> Finding:
+    """The angle was recorded below 20 Hz, and resampled."""
+    text = (
+        f"recorded at {rate_hz:.3g} Hz, which is too slow to identify the sensor noise. The interval of the "
+        f"offset is therefore {1.0 + _SCATTER_HZ / rate_hz:.2g} times as wide. Record at 100 Hz"
+    )
+    return found(text, rate_hz)
+
+
+@finding("yaw_rate_coarse", "warning", "deg/s")
+def _of_steps(found: Kind, native: Mapping[str, Any], step: float) -> Finding:
+    """The steps of the yaw rate are coarse."""
     text = f"the yaw rate is recorded in steps of {step / DEGREE:.2g} deg/s"
     wider_deg = 1.96 * abs(native["offset_per_yaw_rate_bias"]) * _ROUNDED_SD * step / DEGREE
     if wider_deg > 0.0:
         text += f". They add ±{wider_deg:.1f} deg to the interval of the offset, which longer driving does not reduce"
     else:
         text += ". The offset is less certain"
-    return from_table("yaw_rate_coarse", f"{text}. Record the yaw rate in finer steps", step / DEGREE)
+    return found(f"{text}. Record the yaw rate in finer steps", step / DEGREE)

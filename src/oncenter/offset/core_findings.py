@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from oncenter import _core
-from oncenter.findings import PLAY_STANDARD_DEG, Finding, demand, from_table, most_severe_first
+from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, demand, finding
 from oncenter.plausibility.zeros import (
     YAW_RATE_BIAS_LARGE_DEG_S,
     lateral_acceleration_at_standstill,
@@ -47,7 +47,7 @@ def findings_of(
     angle_ends: str | None = None,
     of_method: Iterable[Finding | None] = (),
 ) -> tuple[Finding, ...]:
-    """All findings on one answer of the core, the most severe first.
+    """All findings on one answer of the core.
 
     Args:
         native: the core's oc_answer as a dict, SI and rad.
@@ -59,7 +59,7 @@ def findings_of(
         angle_ends: time and log of the last steering wheel angle, in words; None where they are not available.
         of_method: findings of the method alone.
     """
-    found = [
+    of_all = (
         _sensor_fault(native, angle_ends),
         _missing(native),
         _gate_shut(native, params, method),
@@ -69,21 +69,26 @@ def findings_of(
         _standing_acceleration(native, method, measures_banks),
         relative_angle_sensor() if relative_sensor else None,
         *of_method,
-    ]
-    if method != "joint":
-        found += [
+    )
+    of_limits = (
+        ()
+        if method == "joint"
+        else (
             _evidence(native, params),
             _understeer_by_wheels(native) if method == "wheel-speed" else _understeer(native, params),
             _play(native, params, method),
-        ]
-    return most_severe_first(finding for finding in found if finding is not None)
+        )
+    )
+    return tuple(filter(None, (*of_all, *of_limits)))
 
 
 def status_of(estimate: Mapping[str, Any]) -> str:
     return _core.STATUSES[int(estimate["status"])]
 
 
-def _sensor_fault(native: Mapping[str, Any], angle_ends: str | None) -> Finding | None:
+@finding("steering_wheel_angle_sensor_at_fault", "error")
+def _sensor_fault(found: Kind, native: Mapping[str, Any], angle_ends: str | None) -> Finding | None:
+    """The sensor check found a fault: the offset is invalid."""
     if status_of(native["offset"]) != "invalid":
         return None
     fault = _core.FAULTS[int(native["fault"])]
@@ -95,16 +100,17 @@ def _sensor_fault(native: Mapping[str, Any], angle_ends: str | None) -> Finding 
         else "the sensor, its mounting and its wiring"
     )
     text = f"{what}. The offset was estimated before this fault and is not valid now. Check {check}"
-    return from_table("steering_wheel_angle_sensor_at_fault", text)
+    return found(text)
 
 
-def _missing(native: Mapping[str, Any]) -> Finding | None:
+@finding("signals_not_available", "warning", "s")
+def _missing(found: Kind, native: Mapping[str, Any]) -> Finding | None:
+    """A signal is missing for a good part of the duration."""
     missing_s = _rejected(native, "missing_signal")
     share = missing_s / native["duration"] if native["duration"] > 0 else 0.0
     if share < _MISSING_REPORTED_FROM:
         return None
-    return from_table(
-        "signals_not_available",
+    return found(
         f"a signal that the method needs is not available for {missing_s:.0f} s of {native['duration']:.0f} s. The "
         "offset does not use this time. Find the signal with oncenter signals, and check its sender and the logger",
         missing_s,
@@ -116,8 +122,9 @@ def _rejected(native: Mapping[str, Any], reason: str) -> float:
     return seconds
 
 
-def _gate_shut(native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
-    """Fast for long enough, but nothing usable: the limit that rejects most, and the way out."""
+@finding("gate_shut", "warning", "m/s^2")
+def _gate_shut(found: Kind, native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
+    """Fast for long enough, but no second passed the gate: the limit that rejects most, and the way out."""
     fast_s = native["bank_time"]
     of = "joint_" if method == "joint" else ""
     patience_s = params["joint_evidence_min_s"] if method == "joint" else params["clean_time_s"]
@@ -156,22 +163,23 @@ def _gate_shut(native: Mapping[str, Any], params: Mapping[str, float], method: s
             f". Lateral acceleration minus yaw rate times speed is {mean:+.2f} m/s^2 on average, as with an "
             f"accelerometer bias. Check the accelerometer. Use --no-accelerometer, or raise {param} in [params]"
         )
-        return from_table("gate_shut", text, mean)
+        return found(text, mean)
     text += f". {instead.capitalize()}, or raise {param} in [params] of the vehicle file"
-    return from_table("gate_shut", text, params[param], unit=unit)
+    return found(text, params[param], unit=unit)
 
 
 def km_h(speed_m_s: float) -> str:
     return f"{speed_m_s * _KM_H:.0f} km/h"
 
 
-def _offset(native: Mapping[str, Any]) -> Finding | None:
+@finding("steering_wheel_angle_offset", "warning", "deg")
+def _offset(found: Kind, native: Mapping[str, Any]) -> Finding | None:
+    """Valid, and its whole interval beyond a healthy sensor's."""
     value = native["offset"]["value"] / DEGREE
     half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
     if status_of(native["offset"]) != "valid" or abs(value) - half_width < _OFFSET_REPORTED_FROM_DEG:
         return None
-    return from_table(
-        "steering_wheel_angle_offset",
+    return found(
         f"the steering wheel angle sensor reads {value:+.1f} deg (to the {'left' if value > 0 else 'right'}) when the "
         f"truck drives straight ahead. This offset is valid and beyond the {_OFFSET_REPORTED_FROM_DEG:g} deg of a "
         "healthy sensor. Calibrate the sensor. If the steering wheel itself is not level then, check the wheel "
@@ -185,33 +193,35 @@ def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> F
     bias, rolled_s = native["yaw_rate_bias"], native["yaw_rate_bias_wheel_time"]
     if status_of(bias) not in ("valid", "converging"):
         return None
-    finding = (
+    measured = (
         yaw_rate_beside_wheels(bias["value"], rolled_s, from_vdc2=from_vdc2)
         if rolled_s > 0
         else yaw_rate_at_standstill(bias["value"], bias["evidence"], from_vdc2=from_vdc2)
     )
-    if finding is None:
+    if measured is None:
         return None
     if method == "wheel-speed":
-        return replace(finding, text=f"{finding.text}. The offset is not affected: this method uses no yaw rate")
+        return replace(measured, text=f"{measured.text}. The offset is not affected: this method uses no yaw rate")
     large = abs(bias["value"]) / DEGREE > YAW_RATE_BIAS_LARGE_DEG_S
     check = ". It is large: check the sensor and its mounting" if large else ""
     if native["used"] == 0:
-        return replace(finding, text=f"{finding.text}. No offset is estimated from this drive{check}")
+        return replace(measured, text=f"{measured.text}. No offset is estimated from this drive{check}")
     if method == "joint":
-        text = f"{finding.text}. The offset is corrected for this bias{check or '; no action is necessary'}"
-        return replace(finding, text=text, severity="warning" if large else "info")
+        text = f"{measured.text}. The offset is corrected for this bias{check or '; no action is necessary'}"
+        return replace(measured, text=text, severity="warning" if large else "info")
     effect = abs(native["offset_per_yaw_rate_bias"] * bias["value"]) / DEGREE
     side = "low" if bias["value"] > 0 else "high"
     text = (
-        f"{finding.text}. This method does not correct the bias: the offset reads about {effect:.1f} deg too {side}. "
+        f"{measured.text}. This method does not correct the bias: the offset reads about {effect:.1f} deg too {side}. "
         "Use --method joint"
     )
-    return replace(finding, text=text)
+    return replace(measured, text=text)
 
 
-def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str, measures_banks: bool) -> Finding | None:
-    """Alarm of 5.3.1's CUSUM; without an accelerometer, road bank has the same effect on the wheel speeds."""
+@finding("yaw_rate_bias_moves", "warning", "s")
+def _yaw_rate_bias_moves(found: Kind, native: Mapping[str, Any], method: str, measures_banks: bool) -> Finding | None:
+    """Alarm of 5.3.1's CUSUM; info where it has passed. Without an accelerometer, road bank has the same effect on the
+    wheel speeds."""
     moving_s = native["yaw_rate_bias_alarm_time"]
     if moving_s == 0:
         return None
@@ -221,8 +231,7 @@ def _yaw_rate_bias_moves(native: Mapping[str, Any], method: str, measures_banks:
     unused = ". The offset does not use this time" if method == "joint" else ". This method does not allow for it"
     again = "" if identified_again else ". The bias is not identified again since then; the offset is less certain"
     check = "" if passing else ". Check the yaw rate sensor, the tyre sizes and the tyre pressures"
-    return from_table(
-        "yaw_rate_bias_moves",
+    return found(
         f"for {moving_s:.0f} s the yaw rate did not agree with the left and right wheel speeds: the zero of the yaw "
         f"rate sensor{moved} changed quickly{unused}{again}{check}",
         moving_s,
@@ -244,13 +253,14 @@ def _standing_acceleration(native: Mapping[str, Any], method: str, is_used: bool
     return lateral_acceleration_at_standstill(reading["value"], reading["evidence"], effect)
 
 
-def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+@finding("not_enough_evidence", "info", "s")
+def _evidence(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    """Fewer usable seconds than the method needs."""
     lacking = params["offset_evidence_min_s"] - native["used"]
     if lacking <= 0 or (native["used"] == 0 and native["bank_time"] > params["clean_time_s"]):
         return None
     speed = km_h(params["speed_min_m_s"])
-    return from_table(
-        "not_enough_evidence",
+    return found(
         f"only {native['used']:.0f} s of nearly straight driving above {speed} can be used; this method needs "
         f"{params['offset_evidence_min_s']:g} s. There is no valid offset so far. "
         f"Drive at least {demand(lacking)} more on a straight road",
@@ -258,7 +268,9 @@ def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding
     )
 
 
-def _understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+@finding("understeer_gradient_unknown", "info", "s")
+def _understeer(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    """The gradient is unobservable: taken as zero."""
     gradient = native["understeer_gradient"]
     if native["used"] == 0 or status_of(gradient) != "unobservable":
         return None
@@ -276,20 +288,23 @@ def _understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Findi
         "the understeer gradient is not identified and is taken as zero. The interval of the offset allows for this. "
         f"{action}"
     )
-    return from_table("understeer_gradient_unknown", text, lacking)
+    return found(text, lacking)
 
 
-def _understeer_by_wheels(native: Mapping[str, Any]) -> Finding | None:
+@finding("understeer_gradient_unknown", "info")
+def _understeer_by_wheels(found: Kind, native: Mapping[str, Any]) -> Finding | None:
+    """Always: the method takes it as zero."""
     if native["used"] == 0:
         return None
-    return from_table(
-        "understeer_gradient_unknown",
+    return found(
         "the understeer gradient is taken as zero: without an accelerometer, a banked bend looks like a gentle one. "
         "The interval of the offset allows for this",
     )
 
 
-def _play(native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
+@finding("play_not_seen", "info", "deg")
+def _play(found: Kind, native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
+    """Whenever seconds were used."""
     if native["used"] == 0:
         return None
     if method == "wheel-speed":
@@ -299,8 +314,7 @@ def _play(native: Mapping[str, Any], params: Mapping[str, float], method: str) -
         covered = "the yaw rate bias and the understeer gradient"
         unidentified, where = "free play or an accelerometer bias", ""
         besides = " and makes the understeer gradient read high"
-    return from_table(
-        "play_not_seen",
+    return found(
         f"the interval covers measurement scatter, {covered}{_gyro_not_measured(native, params, method)}. This method "
         f"does not identify {unidentified}. Free play of {PLAY_STANDARD_DEG:g} deg can shift the offset by up to "
         f"{PLAY_STANDARD_DEG / 2:g} deg{besides}. Use --method joint{where}",

@@ -11,7 +11,7 @@ from typing import Any
 
 from oncenter.estimates.cause import Name, causes_of
 from oncenter.estimates.changes import Change
-from oncenter.findings import PLAY_STANDARD_DEG, Finding, bends_demand, demand, from_table
+from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, bends_demand, demand, finding
 from oncenter.offset.core_findings import km_h, status_of
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
@@ -21,6 +21,7 @@ _NEUTRAL_REPORTED_FROM_M_S2 = 0.1  # half a usual crown
 _BANK_MOVED_M_S2 = 0.35  # between two minutes' means: bench/effects.py, rows `none` and `accelerometer_drift`
 _OFFSET_CORRECTED_DEG = 0.5  # a sender that corrects its angle itself ends this near to zero
 _OFFSET_LARGE_DEG = 1.0  # and had more than this to correct
+_OFFSET_USED = "The reported offset is the one after the last change"
 _PART_REPORTED_FROM = 0.25  # of the half-width
 _GAIN_REPORTED_FROM = 0.1  # of the same
 _MORE_DRIVING_S = 60.0
@@ -92,44 +93,67 @@ def _with_configured_sds(params: Mapping[str, float]) -> Mapping[str, float]:
 
 def _change(change: Change) -> Finding | None:
     """None for a change of the offset that did not last: the offset may be the same as before."""
-    when = f"{change.into_log_s / 60:.1f} min into {change.log}"
     if change.size_rad is None or change.sd_rad is None:
-        return from_table(
-            "bends_changed",
-            f"{when} the steering wheel angle in bends changed, as with another payload or a lifted axle. The offset "
-            "is not affected; the understeer gradient is estimated again from there on",
-            change.into_log_s,
-        )
+        return _bends_changed(change)
+    if abs(change.size_rad) < 1.96 * change.sd_rad:
+        return None
     before, after = change.offset_before_rad / DEGREE, change.offset_after_rad / DEGREE
     size, half_width = change.size_rad / DEGREE, 1.96 * change.sd_rad / DEGREE
-    if abs(size) < half_width:
-        return None
     course = f"by {size:+.1f} ±{half_width:.1f} deg, from {before:+.1f} to {after:+.1f} deg"
-    used = "The reported offset is the one after the last change"
     if abs(after) < _OFFSET_CORRECTED_DEG and abs(before) > _OFFSET_LARGE_DEG:
-        return from_table(
-            "offset_corrected_by_sender",
-            f"{when} the offset began to change {course}. The sender corrects its angle itself, or the sensor was "
-            f"calibrated. {used}. Do not correct it a second time",
-            size,
-        )
-    if change.kind == "straight_ahead":
-        return from_table(
-            "straight_ahead_moved",
-            f"{when} the straight-ahead offset changed {course}. Another payload or ride height, or a lasting "
-            f"crosswind, can cause this. {used}. If the next drive shows the same, check whether the sensor is loose "
-            "or was replaced",
-            size,
-        )
-    return from_table(
-        "offset_changed",
-        f"{when} the offset changed {course}. The sensor or the steering wheel was remounted, or the wheels were "
-        f"aligned. {used}. If nobody worked on the truck, check the sensor, its mounting and the wheel alignment",
-        size,
+        return _corrected_by_sender(change, course, size)
+    return (_moved if change.kind == "straight_ahead" else _offset_changed)(change, course, size)
+
+
+def _when(change: Change) -> str:
+    return f"{change.into_log_s / 60:.1f} min into {change.log}"
+
+
+@finding("bends_changed", "info", "s")
+def _bends_changed(found: Kind, change: Change) -> Finding:
+    """A change that was not one of the offset."""
+    text = (
+        f"{_when(change)} the steering wheel angle in bends changed, as with another payload or a lifted axle. The "
+        "offset is not affected; the understeer gradient is estimated again from there on"
     )
+    return found(text, change.into_log_s)
 
 
-def _play(native: Mapping[str, Any]) -> Finding | None:
+@finding("offset_corrected_by_sender", "warning", "deg")
+def _corrected_by_sender(found: Kind, change: Change, course: str, size: float) -> Finding:
+    """The offset changed from large to nearly zero."""
+    text = (
+        f"{_when(change)} the offset began to change {course}. The sender corrects its angle itself, or the sensor was "
+        f"calibrated. {_OFFSET_USED}. Do not correct it a second time"
+    )
+    return found(text, size)
+
+
+@finding("straight_ahead_moved", "info", "deg")
+def _moved(found: Kind, change: Change, course: str, size: float) -> Finding:
+    """A change smaller than that of a remounted sensor."""
+    text = (
+        f"{_when(change)} the straight-ahead offset changed {course}. Another payload or ride height, or a lasting "
+        f"crosswind, can cause this. {_OFFSET_USED}. If the next drive shows the same, check whether the sensor is "
+        "loose or was replaced"
+    )
+    return found(text, size)
+
+
+@finding("offset_changed", "warning", "deg")
+def _offset_changed(found: Kind, change: Change, course: str, size: float) -> Finding:
+    """The offset changed otherwise, by more than its interval."""
+    text = (
+        f"{_when(change)} the offset changed {course}. The sensor or the steering wheel was remounted, or the wheels "
+        f"were aligned. {_OFFSET_USED}. If nobody worked on the truck, check the sensor, its mounting and the wheel "
+        "alignment"
+    )
+    return found(text, size)
+
+
+@finding("steering_play", "warning", "deg")
+def _play(found: Kind, native: Mapping[str, Any]) -> Finding | None:
+    """Valid, and beyond the maintenance standard."""
     play = native["backlash"]
     value = play["value"] / DEGREE
     if status_of(play) != "valid" or value < PLAY_STANDARD_DEG:
@@ -137,8 +161,7 @@ def _play(native: Mapping[str, Any]) -> Finding | None:
     half_width = 1.96 * play["standard_deviation"] / DEGREE
     limit = f"the maintenance limit of {PLAY_STANDARD_DEG:g} deg"
     sure = value - half_width > PLAY_STANDARD_DEG
-    return from_table(
-        "steering_play",
+    return found(
         f"the steering has {value:.1f} ±{max(half_width, 0.1):.1f} deg of free play at the steering wheel. "
         f"{f'This is more than {limit}' if sure else f'{limit.capitalize()} is reached'}. The offset is not affected. "
         "Check the steering joints for wear",
@@ -146,15 +169,16 @@ def _play(native: Mapping[str, Any]) -> Finding | None:
     )
 
 
+@finding("unloading_off_zero", "warning", "m/s^2")
 def _unloading(
-    native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
+    found: Kind, native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
 ) -> Finding | None:
-    """A neutral lateral acceleration that is not zero."""
-    found = native["unloading_acceleration"]
-    a_0, half_width = found["value"], 1.96 * found["standard_deviation"]
+    """A neutral lateral acceleration that is valid, and whose whole interval is away from zero."""
+    neutral = native["unloading_acceleration"]
+    a_0, half_width = neutral["value"], 1.96 * neutral["standard_deviation"]
     if (
         not params["use_accelerometer"]
-        or status_of(found) != "valid"
+        or status_of(neutral) != "valid"
         or abs(a_0) - half_width < _NEUTRAL_REPORTED_FROM_M_S2
     ):
         return None
@@ -170,20 +194,21 @@ def _unloading(
         "with another payload separate the causes"
     )
     crown = traffic_sign * params["crown_m_s2"]
-    doubt = 1.96 * math.hypot(found["standard_deviation"], params["crown_sd_m_s2"])
+    doubt = 1.96 * math.hypot(neutral["standard_deviation"], params["crown_sd_m_s2"])
     if crown != 0.0 and abs(a_0 - crown) < doubt:
         text += (
             f". An axle set up for the road crown (about {crown:+.1f} m/s^2 here) is possible as well: then the offset "
             f"is also {_lower(moved)}"
         )
-    return from_table("unloading_off_zero", text, a_0)
+    return found(text, a_0)
 
 
 def _lower(by_deg: float) -> str:
     return f"{abs(by_deg):.1f} deg {'lower' if by_deg > 0 else 'higher'}"
 
 
-def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign: float) -> Finding | None:
+@finding("roads_fall_to_other_side", "warning", "%")
+def _crown(found: Kind, native: Mapping[str, Any], params: Mapping[str, float], traffic_sign: float) -> Finding | None:
     """Roads that slope down to the other side than those of the vehicle file's traffic side. The slope is the mean bank
     less the neutral lateral acceleration, so that the accelerometer's zero cancels."""
     neutral = native["unloading_acceleration"]
@@ -197,8 +222,7 @@ def _crown(native: Mapping[str, Any], params: Mapping[str, float], traffic_sign:
         return None
     percent = 100.0 / STANDARD_GRAVITY
     observed, expected = ("left", "right") if traffic_sign > 0.0 else ("right", "left")
-    return from_table(
-        "roads_fall_to_other_side",
+    return found(
         f"the roads of this drive slope down to the {observed} by {abs(fell) * percent:.1f} ±{doubt * percent:.1f} %; "
         f"where traffic keeps {expected}, most slope down to the {expected}. The offset uses 'traffic_side' of the "
         "vehicle file and is less certain. If other drives show the same, correct 'traffic_side'",
@@ -211,7 +235,8 @@ def _wanders(native: Mapping[str, Any]) -> bool:
     return bool(native["accelerometer_wanders"] and native["bank_high"] - native["bank_low"] > _BANK_MOVED_M_S2)
 
 
-def _accelerometer_moves(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+@finding("lateral_acceleration_moves", "warning", "m/s^2")
+def _accelerometer_moves(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
     """No road banks that much for a minute, or the steering wheel angle does not follow the accelerometer."""
     moved = native["bank_high"] - native["bank_low"]
     if not params["use_accelerometer"] or not (native["accelerometer_runs_away"] or _wanders(native)):
@@ -221,35 +246,36 @@ def _accelerometer_moves(native: Mapping[str, Any], params: Mapping[str, float])
             f"the zero of the accelerometer moved by about {moved:.1f} m/s^2, more than road bank can explain. The "
             "offset is not accurate enough with it. Check the accelerometer, or estimate without it: --no-accelerometer"
         )
-        return from_table("lateral_acceleration_moves", text, moved)
+        return found(text, moved)
     text = (
         f"the zero of the accelerometer seems to drift: one-minute means differ by {moved:.1f} m/s^2. A sensor that "
         "warms up or a changing wind causes this. The interval of the offset allows for it"
     )
-    return from_table("lateral_acceleration_moves", text, moved, severity="info")
+    return found(text, moved, severity="info")
 
 
-def _wheelbase(native: Mapping[str, Any], steering_ratio: float, wheelbase_m: float) -> Finding | None:
+@finding("wheelbase_or_ratio", "info", "m")
+def _wheelbase(found: Kind, native: Mapping[str, Any], steering_ratio: float, wheelbase_m: float) -> Finding | None:
     """Bends need another angle than vehicle file and understeer gradient predict."""
-    found = native["equivalent_wheelbase"]
-    share = found["value"] / wheelbase_m - 1.0
-    doubt = 1.96 * found["standard_deviation"] / wheelbase_m
-    if status_of(found) != "valid" or abs(share) - doubt < _WHEELBASE_REPORTED_FROM:
+    fitted = native["equivalent_wheelbase"]
+    share = fitted["value"] / wheelbase_m - 1.0
+    doubt = 1.96 * fitted["standard_deviation"] / wheelbase_m
+    if status_of(fitted) != "valid" or abs(share) - doubt < _WHEELBASE_REPORTED_FROM:
         return None
-    return from_table(
-        "wheelbase_or_ratio",
+    return found(
         fit_words(share, wheelbase_m, steering_ratio),
-        found["value"],
+        fitted["value"],
         severity="warning" if abs(share) > FAR_OFF else None,
     )
 
 
-def _evidence(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+@finding("not_enough_evidence", "info", "s")
+def _evidence(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    """Fewer usable seconds than the method needs."""
     lacking = params["joint_evidence_min_s"] - native["used"]
     if lacking <= 0 or (native["used"] == 0 and native["bank_time"] > params["joint_evidence_min_s"]):
         return None
-    return from_table(
-        "not_enough_evidence",
+    return found(
         f"only {native['used']:.0f} s of driving can be used; the estimate needs {params['joint_evidence_min_s']:g} s. "
         "There is no valid offset so far. "
         f"Drive at least {demand(lacking)} more above {km_h(params['joint_speed_min_m_s'])}, with bends to both sides",
@@ -263,12 +289,13 @@ def _lacking_sides(native: Mapping[str, Any]) -> dict[str, float]:
     return {side: lacking for side, lacking in sides.items() if lacking > 0}
 
 
-def _missing_loading(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+@finding("one_flank_seen", "warning", "s")
+def _missing_loading(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    """Evidence enough, but too little lateral force to a side."""
     lacking = _lacking_sides(native)
     if native["used"] < params["joint_evidence_min_s"] or not lacking:
         return None
-    return from_table(
-        "one_flank_seen",
+    return found(
         f"{_loading_words(native, lacking)}, so free play and offset cannot be separated. The offset is not accurate "
         f"enough so far. Drive {bends_demand(lacking)}",
         sum(lacking.values()),
@@ -291,21 +318,23 @@ def _opposite(side: str) -> str:
     return "right" if side == "left" else "left"
 
 
-def _no_understeer(native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
-    """The core calls no offset valid then: play in gentle bends looks like a gradient."""
+@finding("no_understeer", "warning", "deg/(m/s^2)")
+def _no_understeer(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+    """Evidence enough, but the gradient is not positive. The core calls no offset valid then: play in gentle bends
+    looks like a gradient."""
     gradient_deg = native["understeer_gradient"]["value"] / DEGREE
     if native["used"] < params["joint_evidence_min_s"] or gradient_deg > 0:
         return None
-    return from_table(
-        "no_understeer",
+    return found(
         f"the truck seems to oversteer by {-gradient_deg:.2g} deg/(m/s^2). Few trucks do; free play in gentle bends "
         "looks the same, so the offset is not accurate enough so far. Drive tighter bends to both sides",
         gradient_deg,
     )
 
 
+@finding("interval", "info", "deg")
 def _interval(
-    native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
+    found: Kind, native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
 ) -> Finding | None:
     """Both parts of the offset's uncertainty with their contributions, the largest first, and ways to reduce it."""
     if status_of(native["offset"]) == "unobservable":
@@ -325,7 +354,7 @@ def _interval(
     if gains:
         ways = ", ".join(f"{words} (to ±{_deg(left)})" for left, words in sorted(gains))
         text += f". To reduce this drive's part: {ways}"
-    return from_table("interval", text, whole)
+    return found(text, whole)
 
 
 def _contributions(

@@ -14,7 +14,7 @@ from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimates.changes import changes_of
 from oncenter.estimates.estimates import DEFAULT_METHOD, METHODS, Method
-from oncenter.findings import Finding, most_severe_first
+from oncenter.findings import Finding
 from oncenter.offset.answer import Answer
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.coarse_recording import (
@@ -34,7 +34,7 @@ from oncenter.offset.inputs import (
     without_unfit_wheels,
 )
 from oncenter.offset.signals_at_fault import without_faulty_estimates
-from oncenter.offset.vehicle_file import finding, fitted_vehicle
+from oncenter.offset.vehicle_file import far_off, fitted_vehicle
 from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
@@ -86,7 +86,7 @@ def offset(
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
-    return replace(answer, findings=most_severe_first((*answer.findings, *unfit, *_recording(recorded, names))))
+    return replace(answer, findings=(*answer.findings, *unfit, *_recording(recorded, names)))
 
 
 def _of_all(
@@ -101,13 +101,13 @@ def _of_all(
     if method != "joint":
         return answer
     fitted = _fitted_vehicle(native, drives, vehicle, params)
-    first = [] if fitted is None else [finding(fitted, vehicle)]
+    first = [] if fitted is None else [far_off(fitted, vehicle)]
     if fitted is not None:
         vehicle = fitted
         answer, _ = _answered(drives, vehicle, params, method, None)
     if len(drives) > 1:
         answer = _together(answer, drives, vehicle, params)
-    return replace(answer, findings=most_severe_first((*first, *answer.findings)))
+    return replace(answer, findings=(*first, *answer.findings))
 
 
 def _fitted_vehicle(
@@ -144,7 +144,7 @@ def _answered(
     contradicts = is_implausible(native) or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
     answer = without_faulty_estimates(answer, contradicts=contradicts)
     found = coarse_recording_findings(native, coarse, method)
-    return replace(answer, findings=most_severe_first((*answer.findings, *found))), native
+    return replace(answer, findings=(*answer.findings, *found)), native
 
 
 def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:

@@ -15,7 +15,7 @@ from typing import Any
 from oncenter import _core
 from oncenter.estimates.changes import Change, kind_of_offset
 from oncenter.estimates.estimate import Estimate, number
-from oncenter.findings import Finding, from_table, most_severe_first
+from oncenter.findings import Finding, Kind, finding
 from oncenter.offset.answer import Answer
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.drives import Summary, is_usable, summary_of, together
@@ -119,8 +119,8 @@ def with_logs(answer: Answer, logs: Together, before: Sequence[Signals]) -> Answ
         return answer
     later = next((c.offset_before_rad for c in answer.changes if c.kind != "bends"), answer.offset.value)
     change = _change(answer, later, logs.steps[-1])
-    findings = most_severe_first((_finding(change, before), *answer.findings))
-    return replace(answer, changes=(change, *answer.changes), findings=findings)
+    changed = (_offset_changed if change.kind == "offset" else _moved)(change, before)
+    return replace(answer, changes=(change, *answer.changes), findings=(changed, *answer.findings))
 
 
 def _change(answer: Answer, offset: float, step: LogStep) -> Change:
@@ -138,7 +138,20 @@ def _change(answer: Answer, offset: float, step: LogStep) -> Change:
     )
 
 
-def _finding(change: Change, before: Sequence[Signals]) -> Finding:
+@finding("offset_changed", "warning", "deg")
+def _offset_changed(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
+    """Between two logs, by more than load, ride height or wind explain."""
+    return found(*_between(change, before))
+
+
+@finding("straight_ahead_moved", "info", "deg")
+def _moved(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
+    """Between two logs, by less."""
+    return found(*_between(change, before))
+
+
+def _between(change: Change, before: Sequence[Signals]) -> tuple[str, float]:
+    """Text and size, deg."""
     assert change.size_rad is not None and change.sd_rad is not None
     size = change.size_rad / DEGREE
     names = ", ".join(drive.log for drive in before)
@@ -149,7 +162,7 @@ def _finding(change: Change, before: Sequence[Signals]) -> Finding:
         " nobody worked on the truck, check the sensor and its mounting. For the offset before, run oncenter offset"
         f" with {names} only"
     )
-    return from_table("offset_changed" if change.kind == "offset" else "straight_ahead_moved", text, size)
+    return text, size
 
 
 def _narrowed(answer: Answer, logs: Together) -> Answer:
@@ -171,7 +184,7 @@ def _narrowed(answer: Answer, logs: Together) -> Answer:
     pull = [
         replace(c, sd_rad=left, sd_m_s2=float(model.pull_sd[0])) for c in answer.not_identifiable if c.cause == "pull"
     ]
-    findings = [finding for finding in answer.findings if finding.code != "interval"]
+    findings = [each for each in answer.findings if each.code != "interval"]
     findings.append(_interval(sd, drive_sd, left, float(model.pull_sd[0])))
     if model.load_would_help[0]:
         findings.append(_another_load())
@@ -180,22 +193,25 @@ def _narrowed(answer: Answer, logs: Together) -> Answer:
         offset=Estimate(value, (value - 1.96 * sd, value + 1.96 * sd), offset.status, offset.unit, offset.evidence_s),
         offset_ci95_drive=(value - 1.96 * drive_sd, value + 1.96 * drive_sd),
         not_identifiable=tuple(pull),
-        findings=most_severe_first(findings),
+        findings=tuple(findings),
     )
 
 
-def _interval(sd: float, drive_sd: float, pull: float, pull_sd_m_s2: float) -> Finding:
+@finding("interval", "info", "deg")
+def _interval(found: Kind, sd: float, drive_sd: float, pull: float, pull_sd_m_s2: float) -> Finding:
     whole, own, by_pull = (number(1.96 * each, 1 if each > 0.05 * DEGREE else 2) for each in (sd, drive_sd, pull))
     text = (
         f"uncertainty ±{whole} deg: ±{own} deg from the scatter of these logs, ±{by_pull} deg from a pull, which they"
         f" identify to ±{1.96 * pull_sd_m_s2:.2f} m/s^2"
     )
-    return from_table("interval", text, 1.96 * sd / DEGREE)
+    return found(text, 1.96 * sd / DEGREE)
 
 
-def _another_load() -> Finding:
+@finding("another_load_would_help", "info")
+def _another_load(found: Kind) -> Finding:
+    """Several logs, and their gradients hardly differ."""
     text = (
         "the understeer gradients of the logs differ by less than 20 %, so the payloads are similar. Such logs hardly"
         " separate a pull from an accelerometer bias, so the offset is less certain. Add logs with another payload"
     )
-    return from_table("another_load_would_help", text)
+    return found(text)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from oncenter.findings import Finding, most_severe_first
+from oncenter.findings import Finding
 from oncenter.offset.answer import Answer
 from oncenter.plausibility import faults, stuck_speed
 from oncenter.signals import Signals
@@ -38,7 +38,7 @@ def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
     found_in = [faults(drive, answer.vehicle) if contradicts else _hidden(answer, drive) for drive in answer.drives]
     found = tuple(dict.fromkeys(fault for of_drive in found_in for fault in of_drive))
     if not any(_leaves_nothing(fault, answer) for fault in found):
-        return replace(answer, findings=most_severe_first((*found, *answer.findings)))
+        return replace(answer, findings=(*found, *answer.findings))
     explained = any(fault.code != "signal_stuck" for fault in found)
     accuses_angle = any("steering wheel angle" in accused_by(fault) for fault in found)
     # Of a reversed sign, the check of all signals says more than the sensor check, which trusts the yaw rate.
@@ -57,7 +57,7 @@ def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
         offset_ci95_drive=None,
         not_identifiable=(),
         changes=(),
-        findings=most_severe_first((*found, *kept)),
+        findings=(*found, *kept),
     )
 
 

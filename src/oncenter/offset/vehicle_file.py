@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from oncenter.findings import Finding, from_table
+from oncenter.findings import Finding, Kind, finding
 from oncenter.offset.core_findings import status_of
 from oncenter.plausibility import faults, rough_ratio_times_wheelbase_m
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
@@ -96,7 +96,8 @@ def _fit_together(drives: Sequence[Signals]) -> bool:
     return not any(faults(drive) for drive in drives)
 
 
-def finding(fitted: Vehicle, given: Vehicle) -> Finding:
+@finding("wheelbase_or_ratio", "warning", "m")
+def far_off(found: Kind, fitted: Vehicle, given: Vehicle) -> Finding:
     """The correction that the vehicle file needs."""
     text = fit_words(fitted.wheelbase_m / given.wheelbase_m - 1.0, given.wheelbase_m, given.ratio_near_centre)
-    return from_table("wheelbase_or_ratio", text, fitted.wheelbase_m, severity="warning")
+    return found(text, fitted.wheelbase_m)

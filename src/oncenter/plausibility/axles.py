@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from oncenter.findings import Finding
+from oncenter.findings import Finding, Kind, finding
 from oncenter.plausibility.correlation import lags_s
 from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Column, Drive
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations
@@ -214,12 +214,13 @@ def _tracks_m(drive: Drive, axle: Axle) -> tuple[float, float]:
 _NOT_USED = "The offset is estimated from the other signals, without these wheel speeds"
 
 
-def _finding(found: list[_Mismatch]) -> Finding:
+@finding("wheel_speeds_of_axle", "warning")
+def _finding(found: Kind, mismatches: list[_Mismatch]) -> Finding:
     """Of one axle, or of both with the same mismatch."""
-    value = sum(each.value for each in found) / len(found)
-    axles = " and ".join(each.axle for each in found)
-    text, number, unit = _WORDS[found[0].kind](axles, value)
-    return Finding("wheel_speeds_of_axle", "warning", text.format(_NOT_USED), number, unit)
+    value = sum(each.value for each in mismatches) / len(mismatches)
+    axles = " and ".join(each.axle for each in mismatches)
+    text, number, unit = _WORDS[mismatches[0].kind](axles, value)
+    return found(text.format(_NOT_USED), number, unit=unit)
 
 
 def _unit(axles: str, value: float) -> tuple[str, float, str]:

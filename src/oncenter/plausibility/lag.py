@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from oncenter.findings import Finding
+from oncenter.findings import Kind, finding
 from oncenter.plausibility.correlation import lags_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
 from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
@@ -15,16 +15,20 @@ _ALIKE = "needs bends in both halves of the drive that exceed play, road bank an
 _AHEAD_M = 4.0  # of the rear axle, without a vehicle file
 
 
-def yaw_rate(drive: Drive) -> Verdict:
+@finding("lag_yaw_rate", "warning", "ms")
+def yaw_rate(found: Kind, drive: Drive) -> Verdict:
+    """Behind the angle, beyond the limits in both halves of the drive."""
     subject = "lag of the yaw rate behind the angle"
     found_s = lags_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
     if found_s is None:
         return CannotTell(subject, lacks(drive, NEEDED, _why(drive, drive.angle, drive.curvature)))
     beyond = _beyond(subject, found_s, _ANGLE_TO_YAW_S)
-    return beyond and Finding("lag_yaw_rate", "warning", *beyond, "ms")
+    return beyond and found(*beyond)
 
 
-def lateral_acceleration(drive: Drive) -> Verdict:
+@finding("lag_lateral_acceleration", "warning", "ms")
+def lateral_acceleration(found: Kind, drive: Drive) -> Verdict:
+    """Behind the yaw rate, beyond the limits in both halves of the drive."""
     subject = "lag of the lateral acceleration behind the yaw rate"
     found_s = lags_s(drive.driven(drive.centripetal), drive.lateral_acceleration, drive.step_s)
     if found_s is None:
@@ -32,7 +36,7 @@ def lateral_acceleration(drive: Drive) -> Verdict:
         return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), why))
     earliest_s, latest_s = _YAW_TO_ACCELERATION_S
     beyond = _beyond(subject, found_s, (earliest_s - _led_s(drive), latest_s))
-    return beyond and Finding("lag_lateral_acceleration", "warning", *beyond, "ms")
+    return beyond and found(*beyond)
 
 
 def _why(drive: Drive, early: Column, late: Column) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.findings import Finding
+from oncenter.findings import Finding, Kind, finding
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive, without_absurd
 from oncenter.plausibility.verdict import SIGNALS_TABLE, words
 from oncenter.read.clock import RATE_SLACK, RECORDED_MIN_HZ
@@ -35,17 +35,17 @@ _COARSEST = {
 }
 
 
-def missing(drive: Drive) -> list[Finding]:
+@finding("missing_signal", "error")
+def missing(found: Kind, drive: Drive) -> list[Finding]:
     return [
-        Finding(
-            "missing_signal",
-            "error" if name in NEEDED else "info",
+        found(
             f"the log has no {words(name)}. "
             + (
                 "No offset can be estimated"
                 if name in NEEDED
                 else "The offset can be estimated with --no-accelerometer only, and is less certain"
             ),
+            severity="error" if name in NEEDED else "info",
         )
         for name in USEFUL
         if not drive.has(name)
@@ -57,26 +57,29 @@ def availability(drive: Drive) -> list[Finding]:
     for name in filter(drive.has, USEFUL):
         share = float(np.isnan(drive.ticks(name)).mean())
         if share > _NOT_AVAILABLE:
-            text = (
-                f"the {words(name)} has no value for {100 * share:.0f} % of the time. The offset does not use this "
-                "time. Check its sender and the logger"
-            )
-            found.append(Finding("signal_not_available", "warning", text, 100 * share, "%"))
+            found.append(_not_available(name, 100 * share))
         rate_hz = drive.signals.sources[name].rate_hz
         if 0 < rate_hz < _SLOWEST_HZ:
-            text = (
-                f"the {words(name)} comes at only {rate_hz:.3g} Hz, too slow to follow steering. The offset is less "
-                "certain. Record it faster"
-            )
-            found.append(Finding("signal_slow", "warning", text, rate_hz, "Hz"))
+            found.append(_slow(name, rate_hz, f"comes at only {rate_hz:.3g} Hz, too slow to follow steering"))
         changes_hz = held_rate_hz(drive.signals, name)
         if changes_hz is not None:
-            text = (
-                f"the {words(name)} changes only {changes_hz:.2g} times a second and repeats its last value between. "
-                "The offset is less certain. Record it faster"
-            )
-            found.append(Finding("signal_slow", "warning", text, changes_hz, "Hz"))
+            how = f"changes only {changes_hz:.2g} times a second and repeats its last value between"
+            found.append(_slow(name, changes_hz, how))
     return found
+
+
+@finding("signal_not_available", "warning", "%")
+def _not_available(found: Kind, name: str, percent: float) -> Finding:
+    text = (
+        f"the {words(name)} has no value for {percent:.0f} % of the time. The offset does not use this "
+        "time. Check its sender and the logger"
+    )
+    return found(text, percent)
+
+
+@finding("signal_slow", "warning", "Hz")
+def _slow(found: Kind, name: str, rate_hz: float, how: str) -> Finding:
+    return found(f"the {words(name)} {how}. The offset is less certain. Record it faster", rate_hz)
 
 
 def held_rate_hz(signals: Signals, name: str) -> float | None:
@@ -105,12 +108,7 @@ def held_rate_hz(signals: Signals, name: str) -> float | None:
 def stuck(drive: Drive) -> list[Finding]:
     found: list[Finding] = []
     if _yaws_while_standing(drive):
-        text = (
-            "the vehicle speed is zero in the whole log: this is wrong, because the yaw rate shows bends. No offset is "
-            f"estimated. Check its name and source in {SIGNALS_TABLE}"
-        )
-        whole_s = (len(drive.ticks("vehicle_speed")) - 1) / drive.signals.rate_hz
-        found.append(Finding("vehicle_speed_zero", "error", text, whole_s, "s"))
+        found.append(_speed_zero((len(drive.ticks("vehicle_speed")) - 1) / drive.signals.rate_hz))
     for name in _STUCK_S:
         if name not in ("vehicle_speed", "yaw_rate") and _is_coarse(drive, name):
             continue  # one step can hide all motion on a straight road; `coarse` reports it
@@ -124,19 +122,29 @@ def stuck(drive: Drive) -> list[Finding]:
     return found
 
 
+@finding("vehicle_speed_zero", "error", "s")
+def _speed_zero(found: Kind, whole_s: float) -> Finding:
+    text = (
+        "the vehicle speed is zero in the whole log: this is wrong, because the yaw rate shows bends. No offset is "
+        f"estimated. Check its name and source in {SIGNALS_TABLE}"
+    )
+    return found(text, whole_s)
+
+
 def _runs_of_one_number(drive: Drive, name: str) -> list[slice]:
     """Where the signal stays at one value for longer than its `_STUCK_S` while the vehicle rolls."""
     rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
     return _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, _STUCK_S[name] * drive.signals.rate_hz)
 
 
-def _stuck(drive: Drive, name: str, runs: list[slice]) -> Finding:
+@finding("signal_stuck", "error", "s")
+def _stuck(found: Kind, drive: Drive, name: str, runs: list[slice]) -> Finding:
     same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
     text = (
         f"the {words(name)} stays at one value for {same_s:.0f} s while the truck rolls. It seems stuck: the offset "
         "of this drive is not reliable. Check the sensor and the recording, and record again"
     )
-    return Finding("signal_stuck", "error", text, same_s, "s")
+    return found(text, same_s)
 
 
 def _yaws_while_standing(drive: Drive) -> bool:
@@ -209,8 +217,9 @@ def _runs(true: npt.NDArray[np.bool_], longer_than: float) -> list[slice]:
     return [slice(int(begin), int(end)) for begin, end in zip(begins[long], ends[long], strict=True)]
 
 
-def coarse(drive: Drive) -> list[Finding]:
-    found: list[Finding] = []
+@finding("signal_coarse", "warning")
+def coarse(found: Kind, drive: Drive) -> list[Finding]:
+    each: list[Finding] = []
     for name, (_, factor, unit) in _COARSEST.items():
         step = coarse_step(drive.signals, name)
         if step is not None:
@@ -218,8 +227,8 @@ def coarse(drive: Drive) -> list[Finding]:
                 f"the {words(name)} comes in steps of {step / factor:.3g} {unit}, which is coarse. The offset is less "
                 "certain. Record it in finer steps"
             )
-            found.append(Finding("signal_coarse", "warning", text, step / factor, unit))
-    return found
+            each.append(found(text, step / factor, unit=unit))
+    return each
 
 
 def coarse_step(signals: Signals, name: str) -> float | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.findings import Finding
+from oncenter.findings import Kind, finding
 from oncenter.plausibility.correlation import agreement, lag_s
 from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations
@@ -29,7 +29,8 @@ _ZERO_MOVES_M_S2 = 0.45  # between quarters of the drive: more than crown or har
 _FLANK_M_S2 = 0.05  # of lateral acceleration, beyond which one flank of the play is loaded
 
 
-def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
+@finding("ratio_times_wheelbase", "warning", "m")
+def ratio_times_wheelbase(found: Kind, drive: Drive, comparable: bool) -> Verdict:
     """Reported without a vehicle file, judged with one; `comparable`: signs and scales have no error."""
     subject = "ratio times wheelbase"
     if not comparable:
@@ -49,11 +50,11 @@ def ratio_times_wheelbase(drive: Drive, comparable: bool) -> Verdict:
             f"wheelbase of {_EXAMPLE_WHEELBASE_M:g} m, the steering ratio is {value / _EXAMPLE_WHEELBASE_M:.1f}. The "
             "offset is not affected"
         )
-        return Finding("ratio_times_wheelbase", "info", text, value, "m")
+        return found(text, value, severity="info")
     if abs(value / expected - 1) <= _OFF or low <= expected <= high:
         return None
     text = fit_words(value / expected - 1.0, drive.vehicle.wheelbase_m, drive.vehicle.ratio_near_centre)
-    return Finding("ratio_times_wheelbase", "warning", text, value, "m")
+    return found(text, value)
 
 
 def rough_m(drive: Drive) -> float | None:

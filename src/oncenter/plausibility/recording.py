@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.findings import Finding
+from oncenter.findings import Finding, Kind, finding
 from oncenter.plausibility.verdict import words
 from oncenter.signals import SIGNALS, Signals
 
@@ -51,7 +51,8 @@ def _has_a_number(signals: Signals) -> npt.NDArray[np.bool_]:
     return having
 
 
-def _holes(drive: Recorded) -> list[Finding]:
+@finding("recording_has_holes", "warning", "s")
+def _holes(found: Kind, drive: Recorded) -> list[Finding]:
     if not drive.holes_s:
         return []
     unit, per_unit = ("minutes", 60.0) if drive.whole_s >= _MINUTES_FROM_S else ("seconds", 1.0)
@@ -63,7 +64,7 @@ def _holes(drive: Recorded) -> list[Finding]:
     severity = "warning" if lost_s > _LOST_SHARE_MAX * drive.whole_s else "info"
     action = ". Check the logger" if severity == "warning" else ""
     text = f"{of_whole}; {holes}. The offset uses the recorded time only{action}"
-    return [Finding("recording_has_holes", severity, text, lost_s, "s")]
+    return [found(text, lost_s, severity=severity)]
 
 
 def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
@@ -86,12 +87,20 @@ def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
         reported_from_s = max(_END_MIN_S, _END_PERIODS / rate_hz if rate_hz > 0.0 else 0.0)
         late_s, early_s = float(there[0] - first_s), float(last_s - there[-1])
         if late_s > reported_from_s:
-            text = f"the {words(name)} signal starts {_short(late_s)} s after the start of the log. {effect(late_s)}"
-            found.append(Finding("signal_began_late", "info", text, late_s, "s"))
+            found.append(_began_late(name, late_s, effect(late_s)))
         if early_s > reported_from_s:
-            text = f"the {words(name)} signal stops {_short(early_s)} s before the end of the log. {effect(early_s)}"
-            found.append(Finding("signal_ended_early", "info", text, early_s, "s"))
+            found.append(_ended_early(name, early_s, effect(early_s)))
     return found
+
+
+@finding("signal_began_late", "info", "s")
+def _began_late(found: Kind, name: str, late_s: float, effect: str) -> Finding:
+    return found(f"the {words(name)} signal starts {_short(late_s)} s after the start of the log. {effect}", late_s)
+
+
+@finding("signal_ended_early", "info", "s")
+def _ended_early(found: Kind, name: str, early_s: float, effect: str) -> Finding:
+    return found(f"the {words(name)} signal stops {_short(early_s)} s before the end of the log. {effect}", early_s)
 
 
 def _effect(whole_s: float, lost_s: float) -> str:

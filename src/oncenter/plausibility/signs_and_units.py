@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oncenter.findings import Finding
+from oncenter.findings import Finding, Kind, finding
 from oncenter.plausibility.correlation import agreement, agreement_of_means
 from oncenter.plausibility.drive import DRIVING_M_S, GRID_HZ, MIN_TIME_S, NEEDED, ROLLING_M_S, Column, Drive
 from oncenter.plausibility.verdict import BENDS, NO_OFFSET, SIGNALS_TABLE, CannotTell, Verdict, lacks
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 
-def sign(drive: Drive) -> Verdict:
+@finding("sign_reversed", "error")
+def sign(found: Kind, drive: Drive) -> Verdict:
     """The signals of a turn vote; the minority is reversed."""
     against = {
         "steering wheel angle": (drive.angle, drive.curvature),
@@ -35,7 +36,7 @@ def sign(drive: Drive) -> Verdict:
         text = f"the sign of either the {_and(like)} or the {_and(unlike)} is reversed: left turns must be positive"
     else:
         text = f"the sign of the {_and(minority)} is reversed: left turns are positive in the {_and(majority)}"
-    return Finding("sign_reversed", "error", f"{text}. {NO_OFFSET}. {_sign_remedy(suspects, drive)}")
+    return found(f"{text}. {NO_OFFSET}. {_sign_remedy(suspects, drive)}")
 
 
 def _sign_remedy(suspects: list[str], drive: Drive) -> str:
@@ -102,7 +103,8 @@ _SLIPS = [
 _FAR_BEYOND = 1.5  # times the usual range; much play on straight roads and gusts exceed it by a tenth
 
 
-def units(drive: Drive) -> Verdict:
+@finding("scale", "error", "1")
+def units(found: Kind, drive: Drive) -> Verdict:
     """Each relation between signals against its range; a wrong unit must explain all of them at once."""
     shown = _relations(drive)
     if not shown:
@@ -126,9 +128,9 @@ def units(drive: Drive) -> Verdict:
         text += f". Check the units in {SIGNALS_TABLE}"
         if "angle" in off and drive.vehicle is not None:
             text += ", and its steering ratio and wheelbase"
-        return Finding("scale", severity, text)
+        return found(text, severity=severity)
     text = "a unit is wrong: " + ", or ".join(map(str, slips)) + f". {NO_OFFSET}. Correct the unit in {SIGNALS_TABLE}"
-    return Finding("scale", "error", text, slips[0].factor, "1")
+    return found(text, slips[0].factor)
 
 
 _RELATION = {
@@ -198,7 +200,8 @@ def _explains(slip: _UnitSlip, shown: Mapping[str, tuple[float, float, float]]) 
 _WHEELS_OFF = 0.05  # tyre wear and pressure make 3 %
 
 
-def wheels(drive: Drive, scale: Verdict) -> Verdict:
+@finding("wheel_speed", "warning", "%")
+def wheels(found: Kind, drive: Drive, scale: Verdict) -> Verdict:
     """`scale` is the verdict of `units`; where a wrong unit explains the same difference, only that is reported."""
     ratio = _wheel_speed_ratio(drive)
     if ratio is None:
@@ -213,13 +216,13 @@ def wheels(drive: Drive, scale: Verdict) -> Verdict:
             f"the wheels turn while the vehicle speed reads nearly zero. {NO_OFFSET}. Check the vehicle speed in "
             f"{SIGNALS_TABLE}"
         )
-        return Finding("wheel_speed", "error", text)
+        return found(text, severity="error")
     order = "faster" if faster > 0 else "slower"
     text = (
         f"the wheel speeds are {abs(faster):.0f} % {order} than the vehicle speed. The interval of the offset does not "
         "include this error. Check the tyre size and the calibration of the vehicle speed"
     )
-    return Finding("wheel_speed", "warning", text, faster, "%")
+    return found(text, faster)
 
 
 def _wheel_speed_ratio(drive: Drive) -> float | None:
@@ -254,20 +257,29 @@ def torque(drive: Drive, comparable: bool) -> list[Verdict]:
     both = np.isfinite(x) & np.isfinite(y)
     slope = float(np.cov(x[both], y[both])[0, 1] / np.var(x[both], ddof=1))
     if slope < 0.0:
-        text = (
-            "the sign of the steering wheel torque is reversed: it must be positive where the driver steers left. "
-            f"{_TORQUE_EFFECT}. {_sign_remedy(['steering wheel torque'], drive)}"
-        )
-        return [Finding("sign_reversed", "error", text)]
+        return [_torque_reversed(drive)]
     usual = drive.params["torque_slope_n_m_m_s2"]
     if usual / _TORQUE_SLOPE_OFF < slope < usual * _TORQUE_SLOPE_OFF:
         return []
+    return [_torque_scale(slope, usual)]
+
+
+@finding("sign_reversed", "error")
+def _torque_reversed(found: Kind, drive: Drive) -> Finding:
+    return found(
+        "the sign of the steering wheel torque is reversed: it must be positive where the driver steers left. "
+        f"{_TORQUE_EFFECT}. {_sign_remedy(['steering wheel torque'], drive)}"
+    )
+
+
+@finding("scale", "error", "N m/(m/s^2)")
+def _torque_scale(found: Kind, slope: float, usual: float) -> Finding:
     text = (
         f"the steering wheel torque is {slope:.3g} N m per m/s^2 of lateral acceleration; usual is {usual:.3g}. "
         f"{_TORQUE_EFFECT}. Check its unit, or set torque_slope_n_m_m_s2 = {slope:.3g} in the [params] table of the "
         "vehicle file"
     )
-    return [Finding("scale", "error", text, slope, "N m/(m/s^2)")]
+    return found(text, slope)
 
 
 def _rows_of(values: Column, steps: int) -> Column:

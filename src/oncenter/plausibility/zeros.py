@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.findings import Finding, from_table
+from oncenter.findings import Finding, Kind, finding
 from oncenter.plausibility.drive import DRIVING_M_S, MIN_TIME_S, NEEDED, Drive
 from oncenter.plausibility.verdict import CannotTell, Verdict, lacks, words
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
@@ -36,17 +36,20 @@ def yaw_rate_beside_wheels(bias: float, rolled_s: float, *, from_vdc2: bool) -> 
     return _yaw_rate(bias, f"when the truck does not turn (from {rolled_s:.0f} s of wheel speeds)", from_vdc2=from_vdc2)
 
 
-def _yaw_rate(bias: float, when: str, *, from_vdc2: bool) -> Finding | None:
+@finding("yaw_rate_bias", "warning", "deg/s")
+def _yaw_rate(found: Kind, bias: float, when: str, *, from_vdc2: bool) -> Finding | None:
+    """Not small."""
     if abs(bias) < _YAW_RATE_BIAS_REPORTED_FROM_RAD_S:
         return None
     text = f"the yaw rate sensor reads {bias / DEGREE:+.2f} deg/s {when}"
     if from_vdc2 and abs(bias - _VDC2_ZERO_RAD_S) < _VDC2_ZERO_WITHIN_RAD_S:
         text += ". A sender of VDC2 that uses raw 32127 as zero, instead of 32112.64, reads +0.10 deg/s"
-    return from_table("yaw_rate_bias", text, bias / DEGREE)
+    return found(text, bias / DEGREE)
 
 
+@finding("lateral_acceleration_at_standstill", "warning", "m/s^2")
 def lateral_acceleration_at_standstill(
-    reading: float, standing_s: float, effect: str = _JOINT_ALLOWS_FOR_IT
+    found: Kind, reading: float, standing_s: float, effect: str = _JOINT_ALLOWS_FOR_IT
 ) -> Finding | None:
     """None where the reading (m/s^2, mean over `standing_s` s) is small; `effect` on the offset in words."""
     if abs(reading) < _STANDING_ACCELERATION_REPORTED_FROM_M_S2:
@@ -57,13 +60,13 @@ def lateral_acceleration_at_standstill(
         f"bias, or ground that slopes down to the {'right' if reading > 0 else 'left'} (by {slope:.1f} %), or both. "
         f"{effect}. Park the truck on level ground and record again"
     )
-    return from_table("lateral_acceleration_at_standstill", text, reading)
+    return found(text, reading)
 
 
-def relative_angle_sensor() -> Finding:
+@finding("relative_angle_sensor", "info")
+def relative_angle_sensor(found: Kind) -> Finding:
     """For an angle sensor that reports an arbitrary zero."""
-    return from_table(
-        "relative_angle_sensor",
+    return found(
         "the steering wheel angle sensor is a relative one: its zero can change at each ignition. Whole turns of the "
         "steering wheel are left out of the offset. The offset is valid for this ignition only. Do not store it as a "
         "correction",
@@ -75,12 +78,12 @@ def yaw_rate(drive: Drive) -> Verdict:
     if standing is None:
         return CannotTell("zero of the yaw rate", _lacks_standing(drive, "yaw_rate"))
     source = drive.signals.sources["yaw_rate"]
-    finding = yaw_rate_at_standstill(*standing, from_vdc2="VDC2" in source.description)
-    if finding is None:
+    bias = yaw_rate_at_standstill(*standing, from_vdc2="VDC2" in source.description)
+    if bias is None:
         return None
     is_large = abs(standing[0]) / DEGREE > YAW_RATE_BIAS_LARGE_DEG_S
     # The joint method corrects a bias, and gives a small one the same severity.
-    return replace(finding, text=f"{finding.text}. {_GYRO_EFFECT}", severity=finding.severity if is_large else "info")
+    return replace(bias, text=f"{bias.text}. {_GYRO_EFFECT}", severity=bias.severity if is_large else "info")
 
 
 def lateral_acceleration(drive: Drive) -> Verdict:
@@ -112,7 +115,8 @@ def _lacks_standing(drive: Drive, name: str) -> str:
     return f"needs {drive.params['standstill_time_min_s']:g} s at standstill"
 
 
-def bank(drive: Drive, comparable: bool) -> Verdict:
+@finding("bank", "warning", "m/s^2")
+def bank(found: Kind, drive: Drive, comparable: bool) -> Verdict:
     """(33) averaged over all fast driving: banked bends cancel, a crown is some 0.2 m/s^2, the rest is bias."""
     banks = (drive.lateral_acceleration - drive.centripetal)[drive.speed > drive.params["speed_min_m_s"]]
     banks = banks[np.isfinite(banks)]
@@ -129,7 +133,7 @@ def bank(drive: Drive, comparable: bool) -> Verdict:
         "m/s^2 (bank_max_m_s2). The accelerometer has a bias. The interval of the offset allows for this with --method "
         "joint; --method thesis rejects most of this drive. Use --method joint, or check the accelerometer"
     )
-    return Finding("bank", "warning", text, mean, "m/s^2")
+    return found(text, mean)
 
 
 def relative_sensor(drive: Drive) -> Verdict:
@@ -137,7 +141,9 @@ def relative_sensor(drive: Drive) -> Verdict:
     return relative_angle_sensor() if relative else None
 
 
-def whole_turns(drive: Drive, comparable: bool) -> Verdict:
+@finding("whole_turns", "warning", "deg")
+def whole_turns(found: Kind, drive: Drive, comparable: bool) -> Verdict:
+    """The angle is more than half a turn off zero straight ahead."""
     straight = drive.angle[(drive.speed > DRIVING_M_S) & (np.abs(drive.curvature) < _NEARLY_STRAIGHT_1_M)]
     straight = straight[np.isfinite(straight)]
     if len(straight) * drive.step_s < 2.0:
@@ -151,4 +157,4 @@ def whole_turns(drive: Drive, comparable: bool) -> Verdict:
         f"{turns:+d} turn{'' if abs(turns) == 1 else 's'} and {middle_deg - 360.0 * turns:+.0f} deg, and the offset "
         "contains both. Do not enter this number: set the zero of the sensor with the wheels straight ahead"
     )
-    return Finding("whole_turns", "warning", text, middle_deg, "deg")
+    return found(text, middle_deg)

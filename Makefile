@@ -235,6 +235,7 @@ written: .venv/tools ## of these the ones that take seconds and need no browser
 	$(BIN)/python docs/make_params.py
 	$(BIN)/python docs/make_terms.py
 	$(BIN)/python docs/make_layout.py
+	$(BIN)/python docs/make_structs.py
 	$(BIN)/python docs/make_contents.py
 	@$(MAKE) --no-print-directory .venv/dev
 	$(BIN)/python docs/make_reference.py

@@ -2,6 +2,8 @@
 #include "methods.h"
 #include "monitor.h"
 
+#include <math.h>
+
 /* Derived. */
 enum { window_bit = 8 }; /* of OC_REASON_WINDOW, 1 << 8 */
 
@@ -69,6 +71,9 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_REAR);
     answer->wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_FRONT);
     answer->standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now->standstill, c->tick_s, time_min);
+    answer->loaded_left_s = (double)now->joint.loaded_left_s;
+    answer->loaded_right_s = (double)now->joint.loaded_right_s;
+    answer->unexplained = sqrt((double)now->joint.second.reference);
     answer->lacking_to_left = jointly ? oc_joint_flank_lacking(&now->joint, &c->joint, 1) : 0.0;
     answer->lacking_to_right = jointly ? oc_joint_flank_lacking(&now->joint, &c->joint, -1) : 0.0;
     answer->offset_per_yaw_rate_bias = !jointly ? now->offset.ticks.w

@@ -158,7 +158,9 @@ typedef struct {
     double yaw_rate_bias_alarm_time;       /* s during which it changed faster than the filter follows */
     oc_estimate wheel_radius_mismatch_rear, wheel_radius_mismatch_front; /* r_l/r_r - 1 */
     oc_estimate standstill_lateral_acceleration; /* m/s^2: bias plus slope of the ground */
+    double loaded_left_s, loaded_right_s;     /* s of lateral force that loaded a flank; joint method */
     double lacking_to_left, lacking_to_right; /* s of lateral force that the flanks still need; joint method */
+    double unexplained;                       /* rad, sd of the prediction error of a second's mean; joint method */
     double offset_per_yaw_rate_bias; /* s: rad of offset per rad/s, mean of i*L/v, (48); joint method: i*L/mean(v) */
     double bank_mean;                      /* m/s^2, above the minimum speed */
     double bank_time;                      /* s in it */

@@ -5,14 +5,20 @@ SI units and rad. core/*.h documents the members.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from oncenter._native import ffi, lib
+
+if TYPE_CHECKING:
+    from oncenter._structs import OcAnswer as OcAnswer
+    from oncenter._structs import OcChanged as OcChanged
+    from oncenter._structs import OcEstimate as OcEstimate
+    from oncenter._structs import OcOffsetParts as OcOffsetParts
+    from oncenter._structs import OcOutput as OcOutput
 
 _NUMBERS = {"double": "f8", "float": "f4", "int32_t": "i4", "uint32_t": "u4", "uint64_t": "u8", "_Bool": "?"}
 
@@ -103,7 +109,7 @@ def interval_95(value: Any, sd: Any, lean: Any) -> tuple[Any, Any]:
     return middle - half_width, middle + half_width
 
 
-def ci95(estimate: Mapping[str, Any]) -> tuple[float, float]:
+def ci95(estimate: OcEstimate) -> tuple[float, float]:
     """The 95 % interval of an oc_estimate."""
     low, high = interval_95(estimate["value"], estimate["standard_deviation"], estimate["lean"])
     return float(low), float(high)
@@ -289,8 +295,8 @@ class Core:
         )
         return smoothed, rate
 
-    def step(self, tick: Mapping[str, float]) -> dict[str, Any]:
-        """One tick by table name (COLUMNS), NaN or omitted: not available. Returns the oc_output as a dict."""
+    def step(self, tick: Mapping[str, float]) -> OcOutput:
+        """One tick by table name (COLUMNS), NaN or omitted: not available."""
         native = ffi.new("oc_signals *")
         for name, value in tick.items():
             member = COLUMNS[name]
@@ -298,7 +304,7 @@ class Core:
             native.valid |= 0 if value != value else _VALID_BITS.get(member, 0)
         lib.oc_step(self._state, self._coefficients, native, self._output)
         self._tick = native
-        return _members(self._output)
+        return cast("OcOutput", _members(self._output))
 
     def message(self, counter: int) -> bytes:
         """The result message's payload after the last `step`."""
@@ -318,17 +324,10 @@ class Core:
         """Once after each `step`."""
         lib.oc_trouble_update(trouble.native, self._output, self._tick, offset_max_rad)
 
-    def answer(self) -> dict[str, Any]:
-        """The oc_answer as a dict. The joint method adds the times of lateral force on either flank, s, and the sd of
-        the prediction error of a second's mean, rad."""
+    def answer(self) -> OcAnswer:
         native = ffi.new("oc_answer *")
         lib.oc_answer_get(self._state, self._coefficients, native)
-        joint = self._state.evidence.joint
-        return _members(native) | {
-            "loaded_left_s": joint.loaded_left_s,
-            "loaded_right_s": joint.loaded_right_s,
-            "unexplained": math.sqrt(joint.second.reference),
-        }
+        return cast("OcAnswer", _members(native))
 
     def coefficients(self) -> dict[str, Any]:
         """The oc_coefficients as a dict, for checks of the design."""

@@ -49,7 +49,7 @@ class Cause:
         }
 
 
-def causes_of(parts: Mapping[str, float], params: Mapping[str, float], traffic_sign: float) -> tuple[Cause, ...]:
+def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_sign: float) -> tuple[Cause, ...]:
     """The causes of the joint method, also where they have no effect on the offset; none whose prior excludes it.
 
     Args:
@@ -60,17 +60,18 @@ def causes_of(parts: Mapping[str, float], params: Mapping[str, float], traffic_s
     return tuple(_causes(parts, params, traffic_sign))
 
 
-def _causes(parts: Mapping[str, float], params: Mapping[str, float], traffic_sign: float) -> Iterator[Cause]:
+def _causes(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_sign: float) -> Iterator[Cause]:
     per = parts["per_acceleration"]
     has_pull = params["known_pull_sd_m_s2"] > 0.0  # a configured pull includes the set-up of the axle
-    for name, param, about in (
-        ("pull", "known_pull_sd_m_s2" if has_pull else "pull_sd_m_s2", "lateral force by the wheel alignment"),
-        ("mean_wind", "wind_sd_m_s2", "a drive's mean crosswind"),
-    ):
+    pull = "known_pull_sd_m_s2" if has_pull else "pull_sd_m_s2"
+    causes: tuple[tuple[Name, float, str, str], ...] = (
+        ("pull", parts["pull_sd"], pull, "lateral force by the wheel alignment"),
+        ("mean_wind", parts["wind_sd"], "wind_sd_m_s2", "a drive's mean crosswind"),
+    )
+    for name, sd_rad, param, about in causes:
         prior = Prior(params[param], f"{about}: {_origin(param, params)}")
-        sd_rad = parts[{"pull": "pull_sd", "mean_wind": "wind_sd"}[name]]
         if prior.sd_m_s2 > 0.0:
-            yield Cause("pull" if name == "pull" else "mean_wind", _shift(sd_rad, per, prior), sd_rad, prior)
+            yield Cause(name, _shift(sd_rad, per, prior), sd_rad, prior)
     crown = params["crown_m_s2"]
     if traffic_sign != 0.0 and crown > 0.0 and params["use_accelerometer"] and not has_pull:
         sd_m_s2 = crown * math.sqrt(_SET_UP_PROBABILITY * (1.0 - _SET_UP_PROBABILITY))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from oncenter import _core
 from oncenter.signals import DEGREE, Signals
 
 _KINDS = ("none", "offset", "bends")  # oc_change_kind
@@ -51,7 +52,7 @@ class Change:
         }
 
 
-def changes_of(native: Mapping[str, Any], found_by: Sequence[int], drives: Sequence[Signals]) -> tuple[Change, ...]:
+def changes_of(native: _core.OcAnswer, found_by: Sequence[int], drives: Sequence[Signals]) -> tuple[Change, ...]:
     """The changes that the core keeps, in order of time.
 
     Args:
@@ -71,7 +72,7 @@ def changes_of(native: Mapping[str, Any], found_by: Sequence[int], drives: Seque
     )
 
 
-def _change(raw: Mapping[str, Any], after: float, drive: int, drives: Sequence[Signals]) -> Change:
+def _change(raw: _core.OcChanged, after: float, drive: int, drives: Sequence[Signals]) -> Change:
     kind = _KINDS[int(raw["change"]["kind"])]
     begin = float(drives[drive].columns["time_s"][0])
     time = max(raw["time"], begin)

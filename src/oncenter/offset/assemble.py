@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -28,9 +27,7 @@ from oncenter.vehicle import Vehicle
 _WHOLE_FROM_ROWS = 3  # a core that still receives ticks has the first and the last row only
 
 
-def answer_so_far(
-    native: Mapping[str, Any], received: Signals, vehicle: Vehicle, params: Mapping[str, float]
-) -> Answer:
+def answer_so_far(native: _core.OcAnswer, received: Signals, vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
     """The joint method's answer of a core that still receives ticks.
 
     Args:
@@ -47,7 +44,7 @@ def answer_so_far(
 
 
 def answer_of(
-    native: Mapping[str, Any],
+    native: _core.OcAnswer,
     changes: tuple[Change, ...],
     drives: tuple[Signals, ...],
     vehicle: Vehicle,
@@ -98,7 +95,7 @@ def answer_of(
 
 
 def _findings(
-    native: Mapping[str, Any],
+    native: _core.OcAnswer,
     changes: tuple[Change, ...],
     drives: tuple[Signals, ...],
     vehicle: Vehicle,
@@ -121,7 +118,7 @@ def _findings(
 
 
 def _next_driving(
-    native: Mapping[str, Any], vehicle: Vehicle, method: Method, params: Mapping[str, float]
+    native: _core.OcAnswer, vehicle: Vehicle, method: Method, params: Mapping[str, float]
 ) -> tuple[str, ...]:
     if method != "joint":
         return ()
@@ -143,7 +140,7 @@ def _angle_ends(drives: Iterable[Signals]) -> str | None:
 
 
 def _joint_findings(
-    native: Mapping[str, Any], params: Mapping[str, float], changes: tuple[Change, ...], vehicle: Vehicle
+    native: _core.OcAnswer, params: Mapping[str, float], changes: tuple[Change, ...], vehicle: Vehicle
 ) -> Iterable[Finding | None]:
     return joint_findings(
         native,
@@ -172,14 +169,14 @@ def _choices(drive: Signals) -> list[str]:
     ]
 
 
-def _estimate(native: Mapping[str, Any], unit: str) -> Estimate:
+def _estimate(native: _core.OcEstimate, unit: str) -> Estimate:
     status = _core.STATUSES[native["status"]]
     if status == "unobservable":
         return Estimate(None, None, status, unit, native["evidence"])
     return Estimate(native["value"], _core.ci95(native), status, unit, native["evidence"])
 
 
-def _ci95_drive(native: Mapping[str, Any]) -> tuple[float, float] | None:
+def _ci95_drive(native: _core.OcAnswer) -> tuple[float, float] | None:
     if _core.STATUSES[native["offset"]["status"]] == "unobservable":
         return None
     value, half_width = native["offset"]["value"], 1.96 * native["offset_parts"]["drive_sd"]
@@ -187,7 +184,7 @@ def _ci95_drive(native: Mapping[str, Any]) -> tuple[float, float] | None:
 
 
 def _not_identifiable(
-    native: Mapping[str, Any], vehicle: Vehicle, method: Method, params: Mapping[str, float]
+    native: _core.OcAnswer, vehicle: Vehicle, method: Method, params: Mapping[str, float]
 ) -> tuple[Cause, ...]:
     """Empty for the other methods, whose interval does not separate them, and for an unobservable offset."""
     if method != "joint" or _core.STATUSES[native["offset"]["status"]] == "unobservable":

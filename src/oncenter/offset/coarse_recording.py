@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from oncenter import _core
 from oncenter.estimates.estimates import Method
@@ -64,11 +63,9 @@ def with_coarse_yaw_rate(params: Mapping[str, float], given: Mapping[str, float]
     return {**params, _LIMIT: limit}
 
 
-def widened(
-    native: Mapping[str, Any], coarse: Coarseness, method: Method, params: Mapping[str, float]
-) -> dict[str, Any]:
+def widened(native: _core.OcAnswer, coarse: Coarseness, method: Method, params: Mapping[str, float]) -> _core.OcAnswer:
     """An oc_answer with the uncertainty of offset and yaw rate bias increased for a coarse recording."""
-    answer = dict(native)
+    answer = native.copy()
     bias_sd = 0.0 if method == "wheel-speed" else _ROUNDED_SD * coarse.yaw_rate_step
     if bias_sd == 0.0 and coarse.rate_hz == 0.0:
         return answer
@@ -88,7 +85,7 @@ def widened(
     return answer
 
 
-def _offset_sds(answer: Mapping[str, Any], bias_sd: float, before: float, rate_hz: float) -> tuple[float, float]:
+def _offset_sds(answer: _core.OcAnswer, bias_sd: float, before: float, rate_hz: float) -> tuple[float, float]:
     """Standard deviations of the offset from steps and from the rate, rad; they add in squares."""
     by_step = abs(answer["offset_per_yaw_rate_bias"]) * bias_sd
     if rate_hz == 0.0:
@@ -97,16 +94,16 @@ def _offset_sds(answer: Mapping[str, Any], bias_sd: float, before: float, rate_h
     return by_step, math.hypot(more_scatter, _FLATTENED_DEG_HZ * DEGREE / rate_hz)
 
 
-def _wider(estimate: Mapping[str, Any], more_sd: float, judged_sd: float, half_width_max: float) -> dict[str, Any]:
+def _wider(estimate: _core.OcEstimate, more_sd: float, judged_sd: float, half_width_max: float) -> _core.OcEstimate:
     """With `more_sd` added in squares; no longer valid where `judged_sd` exceeds the limit."""
-    wider = dict(estimate)
+    wider = estimate.copy()
     wider["standard_deviation"] = math.hypot(wider["standard_deviation"], more_sd)
     if _core.STATUSES[wider["status"]] == "valid" and 1.96 * judged_sd > half_width_max:
         wider["status"] = _core.STATUSES.index("converging")
     return wider
 
 
-def coarse_recording_findings(native: Mapping[str, Any], coarse: Coarseness, method: Method) -> list[Finding]:
+def coarse_recording_findings(native: _core.OcAnswer, coarse: Coarseness, method: Method) -> list[Finding]:
     """None where the recording is fine enough for the method."""
     of_steps = coarse.yaw_rate_step > 0.0 and method != "wheel-speed"
     steps = [_of_steps(native, coarse.yaw_rate_step)] if of_steps else []
@@ -124,7 +121,7 @@ def _of_rate(found: Kind, rate_hz: float) -> Finding:
 
 
 @finding("yaw_rate_coarse", "warning", "deg/s")
-def _of_steps(found: Kind, native: Mapping[str, Any], step: float) -> Finding:
+def _of_steps(found: Kind, native: _core.OcAnswer, step: float) -> Finding:
     """The steps of the yaw rate are coarse."""
     text = f"the yaw rate is recorded in steps of {step / DEGREE:.2g} deg/s"
     wider_deg = 1.96 * abs(native["offset_per_yaw_rate_bias"]) * _ROUNDED_SD * step / DEGREE

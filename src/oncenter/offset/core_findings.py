@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
-from typing import Any
 
 from oncenter import _core
 from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, demand, finding
@@ -37,7 +36,7 @@ _KM_H = 3.6
 
 
 def findings_of(
-    native: Mapping[str, Any],
+    native: _core.OcAnswer,
     params: Mapping[str, float],
     relative_sensor: bool,
     *,
@@ -82,12 +81,12 @@ def findings_of(
     return tuple(filter(None, (*of_all, *of_limits)))
 
 
-def status_of(estimate: Mapping[str, Any]) -> str:
+def status_of(estimate: _core.OcEstimate) -> str:
     return _core.STATUSES[int(estimate["status"])]
 
 
 @finding("steering_wheel_angle_sensor_at_fault", "error")
-def _sensor_fault(found: Kind, native: Mapping[str, Any], angle_ends: str | None) -> Finding | None:
+def _sensor_fault(found: Kind, native: _core.OcAnswer, angle_ends: str | None) -> Finding | None:
     """The sensor check found a fault: the offset is invalid."""
     if status_of(native["offset"]) != "invalid":
         return None
@@ -104,7 +103,7 @@ def _sensor_fault(found: Kind, native: Mapping[str, Any], angle_ends: str | None
 
 
 @finding("signals_not_available", "warning", "s")
-def _missing(found: Kind, native: Mapping[str, Any]) -> Finding | None:
+def _missing(found: Kind, native: _core.OcAnswer) -> Finding | None:
     """A signal is missing for a good part of the duration."""
     missing_s = _rejected(native, "missing_signal")
     share = missing_s / native["duration"] if native["duration"] > 0 else 0.0
@@ -117,13 +116,13 @@ def _missing(found: Kind, native: Mapping[str, Any]) -> Finding | None:
     )
 
 
-def _rejected(native: Mapping[str, Any], reason: str) -> float:
+def _rejected(native: _core.OcAnswer, reason: str) -> float:
     seconds: float = dict(zip(_core.REASONS, native["rejected"], strict=True))[reason]
     return seconds
 
 
 @finding("gate_shut", "warning", "m/s^2")
-def _gate_shut(found: Kind, native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
+def _gate_shut(found: Kind, native: _core.OcAnswer, params: Mapping[str, float], method: str) -> Finding | None:
     """Fast for long enough, but no second passed the gate: the limit that rejects most, and the way out."""
     fast_s = native["bank_time"]
     of = "joint_" if method == "joint" else ""
@@ -173,7 +172,7 @@ def km_h(speed_m_s: float) -> str:
 
 
 @finding("steering_wheel_angle_offset", "warning", "deg")
-def _offset(found: Kind, native: Mapping[str, Any]) -> Finding | None:
+def _offset(found: Kind, native: _core.OcAnswer) -> Finding | None:
     """Valid, and its whole interval beyond a healthy sensor's."""
     value = native["offset"]["value"] / DEGREE
     half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
@@ -188,7 +187,7 @@ def _offset(found: Kind, native: Mapping[str, Any]) -> Finding | None:
     )
 
 
-def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> Finding | None:
+def _yaw_rate_bias(native: _core.OcAnswer, method: str, from_vdc2: bool) -> Finding | None:
     """With the effect of the bias on the offset."""
     bias, rolled_s = native["yaw_rate_bias"], native["yaw_rate_bias_wheel_time"]
     if status_of(bias) not in ("valid", "converging"):
@@ -219,7 +218,7 @@ def _yaw_rate_bias(native: Mapping[str, Any], method: str, from_vdc2: bool) -> F
 
 
 @finding("yaw_rate_bias_moves", "warning", "s")
-def _yaw_rate_bias_moves(found: Kind, native: Mapping[str, Any], method: str, measures_banks: bool) -> Finding | None:
+def _yaw_rate_bias_moves(found: Kind, native: _core.OcAnswer, method: str, measures_banks: bool) -> Finding | None:
     """Alarm of 5.3.1's CUSUM; info where it has passed. Without an accelerometer, road bank has the same effect on the
     wheel speeds."""
     moving_s = native["yaw_rate_bias_alarm_time"]
@@ -239,7 +238,7 @@ def _yaw_rate_bias_moves(found: Kind, native: Mapping[str, Any], method: str, me
     )
 
 
-def _standing_acceleration(native: Mapping[str, Any], method: str, is_used: bool) -> Finding | None:
+def _standing_acceleration(native: _core.OcAnswer, method: str, is_used: bool) -> Finding | None:
     """`is_used`: the method uses the accelerometer."""
     reading = native["standstill_lateral_acceleration"]
     if status_of(reading) != "valid":
@@ -254,7 +253,7 @@ def _standing_acceleration(native: Mapping[str, Any], method: str, is_used: bool
 
 
 @finding("not_enough_evidence", "info", "s")
-def _evidence(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+def _evidence(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) -> Finding | None:
     """Fewer usable seconds than the method needs."""
     lacking = params["offset_evidence_min_s"] - native["used"]
     if lacking <= 0 or (native["used"] == 0 and native["bank_time"] > params["clean_time_s"]):
@@ -269,7 +268,7 @@ def _evidence(found: Kind, native: Mapping[str, Any], params: Mapping[str, float
 
 
 @finding("understeer_gradient_unknown", "info", "s")
-def _understeer(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+def _understeer(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) -> Finding | None:
     """The gradient is unobservable: taken as zero."""
     gradient = native["understeer_gradient"]
     if native["used"] == 0 or status_of(gradient) != "unobservable":
@@ -292,7 +291,7 @@ def _understeer(found: Kind, native: Mapping[str, Any], params: Mapping[str, flo
 
 
 @finding("understeer_gradient_unknown", "info")
-def _understeer_by_wheels(found: Kind, native: Mapping[str, Any]) -> Finding | None:
+def _understeer_by_wheels(found: Kind, native: _core.OcAnswer) -> Finding | None:
     """Always: the method takes it as zero."""
     if native["used"] == 0:
         return None
@@ -303,7 +302,7 @@ def _understeer_by_wheels(found: Kind, native: Mapping[str, Any]) -> Finding | N
 
 
 @finding("play_not_seen", "info", "deg")
-def _play(found: Kind, native: Mapping[str, Any], params: Mapping[str, float], method: str) -> Finding | None:
+def _play(found: Kind, native: _core.OcAnswer, params: Mapping[str, float], method: str) -> Finding | None:
     """Whenever seconds were used."""
     if native["used"] == 0:
         return None
@@ -322,7 +321,7 @@ def _play(found: Kind, native: Mapping[str, Any], params: Mapping[str, float], m
     )
 
 
-def _gyro_not_measured(native: Mapping[str, Any], params: Mapping[str, float], method: str) -> str:
+def _gyro_not_measured(native: _core.OcAnswer, params: Mapping[str, float], method: str) -> str:
     """The share of the yaw rate bias in the interval where neither standstill nor wheel speeds identify it."""
     if method == "wheel-speed" or status_of(native["yaw_rate_bias"]) != "unobservable":
         return ""

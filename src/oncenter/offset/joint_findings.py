@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
+from oncenter import _core
 from oncenter.estimates.cause import Name, causes_of
 from oncenter.estimates.changes import Change
 from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, bends_demand, demand, finding
@@ -40,7 +40,7 @@ _LOADED_FROM_S = 0.5  # less is printed as "to the left only"
 
 
 def joint_findings(
-    native: Mapping[str, Any],
+    native: _core.OcAnswer,
     params: Mapping[str, float],
     changes: Sequence[Change],
     *,
@@ -73,7 +73,7 @@ def joint_findings(
 
 
 def next_driving(
-    native: Mapping[str, Any], params: Mapping[str, float], *, steering_ratio: float, traffic_sign: float
+    native: _core.OcAnswer, params: Mapping[str, float], *, steering_ratio: float, traffic_sign: float
 ) -> tuple[str, ...]:
     """The driving that narrows this drive's part of the offset's interval, the most useful first; as for
     `joint_findings`."""
@@ -152,7 +152,7 @@ def _offset_changed(found: Kind, change: Change, course: str, size: float) -> Fi
 
 
 @finding("steering_play", "warning", "deg")
-def _play(found: Kind, native: Mapping[str, Any]) -> Finding | None:
+def _play(found: Kind, native: _core.OcAnswer) -> Finding | None:
     """Valid, and beyond the maintenance standard."""
     play = native["backlash"]
     value = play["value"] / DEGREE
@@ -171,7 +171,7 @@ def _play(found: Kind, native: Mapping[str, Any]) -> Finding | None:
 
 @finding("unloading_off_zero", "warning", "m/s^2")
 def _unloading(
-    found: Kind, native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
+    found: Kind, native: _core.OcAnswer, params: Mapping[str, float], steering_ratio: float, traffic_sign: float
 ) -> Finding | None:
     """A neutral lateral acceleration that is valid, and whose whole interval is away from zero."""
     neutral = native["unloading_acceleration"]
@@ -208,7 +208,7 @@ def _lower(by_deg: float) -> str:
 
 
 @finding("roads_fall_to_other_side", "warning", "%")
-def _crown(found: Kind, native: Mapping[str, Any], params: Mapping[str, float], traffic_sign: float) -> Finding | None:
+def _crown(found: Kind, native: _core.OcAnswer, params: Mapping[str, float], traffic_sign: float) -> Finding | None:
     """Roads that slope down to the other side than those of the vehicle file's traffic side. The slope is the mean bank
     less the neutral lateral acceleration, so that the accelerometer's zero cancels."""
     neutral = native["unloading_acceleration"]
@@ -230,13 +230,13 @@ def _crown(found: Kind, native: Mapping[str, Any], params: Mapping[str, float], 
     )
 
 
-def _wanders(native: Mapping[str, Any]) -> bool:
+def _wanders(native: _core.OcAnswer) -> bool:
     """Both signs together: the best hypothesis lets the zero wander, and the means of minutes differ."""
     return bool(native["accelerometer_wanders"] and native["bank_high"] - native["bank_low"] > _BANK_MOVED_M_S2)
 
 
 @finding("lateral_acceleration_moves", "warning", "m/s^2")
-def _accelerometer_moves(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+def _accelerometer_moves(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) -> Finding | None:
     """No road banks that much for a minute, or the steering wheel angle does not follow the accelerometer."""
     moved = native["bank_high"] - native["bank_low"]
     if not params["use_accelerometer"] or not (native["accelerometer_runs_away"] or _wanders(native)):
@@ -255,7 +255,7 @@ def _accelerometer_moves(found: Kind, native: Mapping[str, Any], params: Mapping
 
 
 @finding("wheelbase_or_ratio", "info", "m")
-def _wheelbase(found: Kind, native: Mapping[str, Any], steering_ratio: float, wheelbase_m: float) -> Finding | None:
+def _wheelbase(found: Kind, native: _core.OcAnswer, steering_ratio: float, wheelbase_m: float) -> Finding | None:
     """Bends need another angle than vehicle file and understeer gradient predict."""
     fitted = native["equivalent_wheelbase"]
     share = fitted["value"] / wheelbase_m - 1.0
@@ -270,7 +270,7 @@ def _wheelbase(found: Kind, native: Mapping[str, Any], steering_ratio: float, wh
 
 
 @finding("not_enough_evidence", "info", "s")
-def _evidence(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+def _evidence(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) -> Finding | None:
     """Fewer usable seconds than the method needs."""
     lacking = params["joint_evidence_min_s"] - native["used"]
     if lacking <= 0 or (native["used"] == 0 and native["bank_time"] > params["joint_evidence_min_s"]):
@@ -283,14 +283,14 @@ def _evidence(found: Kind, native: Mapping[str, Any], params: Mapping[str, float
     )
 
 
-def _lacking_sides(native: Mapping[str, Any]) -> dict[str, float]:
+def _lacking_sides(native: _core.OcAnswer) -> dict[str, float]:
     """Seconds of lateral force to a side that are lacking before play and offset are separated there."""
     sides = {"left": native["lacking_to_left"], "right": native["lacking_to_right"]}
     return {side: lacking for side, lacking in sides.items() if lacking > 0}
 
 
 @finding("one_flank_seen", "warning", "s")
-def _missing_loading(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+def _missing_loading(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) -> Finding | None:
     """Evidence enough, but too little lateral force to a side."""
     lacking = _lacking_sides(native)
     if native["used"] < params["joint_evidence_min_s"] or not lacking:
@@ -302,13 +302,14 @@ def _missing_loading(found: Kind, native: Mapping[str, Any], params: Mapping[str
     )
 
 
-def _loading_words(native: Mapping[str, Any], lacking: Mapping[str, float]) -> str:
+def _loading_words(native: _core.OcAnswer, lacking: Mapping[str, float]) -> str:
     """How little lateral force there was to the lacking sides."""
+    left_s, right_s = native["loaded_left_s"], native["loaded_right_s"]
     if len(lacking) == 2:
-        left, right = (f"{native[f'loaded_{side}_s']:.0f}" for side in ("left", "right"))
-        return f"the front axle had lateral force to the left for only {left} s and to the right for only {right} s"
+        left, right = f"to the left for only {left_s:.0f} s", f"to the right for only {right_s:.0f} s"
+        return f"the front axle had lateral force {left} and {right}"
     (side,) = lacking
-    loaded_s = native[f"loaded_{side}_s"]
+    loaded_s = left_s if side == "left" else right_s
     if loaded_s < _LOADED_FROM_S:
         return f"the front axle had lateral force to the {_opposite(side)} only"
     return f"the front axle had lateral force to the {side} for only {loaded_s:.0f} s"
@@ -319,7 +320,7 @@ def _opposite(side: str) -> str:
 
 
 @finding("no_understeer", "warning", "deg/(m/s^2)")
-def _no_understeer(found: Kind, native: Mapping[str, Any], params: Mapping[str, float]) -> Finding | None:
+def _no_understeer(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) -> Finding | None:
     """Evidence enough, but the gradient is not positive. The core calls no offset valid then: play in gentle bends
     looks like a gradient."""
     gradient_deg = native["understeer_gradient"]["value"] / DEGREE
@@ -334,7 +335,7 @@ def _no_understeer(found: Kind, native: Mapping[str, Any], params: Mapping[str, 
 
 @finding("interval", "info", "deg")
 def _interval(
-    found: Kind, native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float, traffic_sign: float
+    found: Kind, native: _core.OcAnswer, params: Mapping[str, float], steering_ratio: float, traffic_sign: float
 ) -> Finding | None:
     """Both parts of the offset's uncertainty with their contributions, the largest first, and ways to reduce it."""
     if status_of(native["offset"]) == "unobservable":
@@ -358,7 +359,7 @@ def _interval(
 
 
 def _contributions(
-    native: Mapping[str, Any],
+    native: _core.OcAnswer,
     params: Mapping[str, float],
     drive: float,
     parts: Mapping[str, float],
@@ -377,7 +378,7 @@ def _deg(half_width_deg: float) -> str:
     return f"{half_width_deg:.{1 if half_width_deg >= 0.095 else 2}f}"
 
 
-def _parts(native: Mapping[str, Any], params: Mapping[str, float], steering_ratio: float) -> dict[str, float]:
+def _parts(native: _core.OcAnswer, params: Mapping[str, float], steering_ratio: float) -> dict[str, float]:
     """Contributions to the drive's part as 95 % half-widths in deg; their squares sum to its square."""
     gyro = native["yaw_rate_bias"]
     slope = steering_ratio * abs(native["understeer_gradient"]["value"])
@@ -402,7 +403,7 @@ def _parts(native: Mapping[str, Any], params: Mapping[str, float], steering_rati
 
 
 def _not_separated(
-    native: Mapping[str, Any], params: Mapping[str, float], parts: Mapping[str, float]
+    native: _core.OcAnswer, params: Mapping[str, float], parts: Mapping[str, float]
 ) -> Mapping[str, float]:
     """Gyro bias and accelerometer zero as one contribution where neither standstill nor wheel speeds measured the gyro
     bias: both shift a_y - r*v, and `_parts` splits them arbitrarily."""
@@ -415,7 +416,7 @@ def _not_separated(
     }
 
 
-def _gyro_hides_zero(native: Mapping[str, Any], params: Mapping[str, float]) -> bool:
+def _gyro_hides_zero(native: _core.OcAnswer, params: Mapping[str, float]) -> bool:
     return bool(params["use_accelerometer"]) and status_of(native["yaw_rate_bias"]) == "unobservable"
 
 
@@ -425,13 +426,13 @@ def _zero(params: Mapping[str, float]) -> str:
     return "torque zero" if params["torque_for_accelerometer_1"] else "road bank (not measured)"
 
 
-def _reason_of_play(native: Mapping[str, Any]) -> str:
+def _reason_of_play(native: _core.OcAnswer) -> str:
     """The loading that is missing to identify it."""
     lacking = _lacking_sides(native)
     return f" because of too little lateral force to the {' and to the '.join(lacking)}" if lacking else ""
 
 
-def _more_loading(native: Mapping[str, Any]) -> str:
+def _more_loading(native: _core.OcAnswer) -> str:
     """The driving that loads the lacking side, or the less loaded one."""
     lacking = _lacking_sides(native)
     if lacking:
@@ -441,7 +442,7 @@ def _more_loading(native: Mapping[str, Any]) -> str:
 
 
 def _gains(
-    native: Mapping[str, Any],
+    native: _core.OcAnswer,
     params: Mapping[str, float],
     drive: float,
     parts: Mapping[str, float],
@@ -466,7 +467,7 @@ def _gains(
 
 
 def _by_standing(
-    native: Mapping[str, Any], params: Mapping[str, float], parts: Mapping[str, float], traffic_sign: float
+    native: _core.OcAnswer, params: Mapping[str, float], parts: Mapping[str, float], traffic_sign: float
 ) -> float:
     """Square of the half-width in deg that a second of standing removes: the gyro bias, except for its scatter at
     standstill, together with the accelerometer zero where the two were not separated. Otherwise also the accelerometer

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -111,9 +111,9 @@ def _of_all(
 
 
 def _fitted_vehicle(
-    native: Mapping[str, Any], drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]
+    native: _core.OcAnswer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]
 ) -> Vehicle | None:
-    def run(other: Vehicle) -> Mapping[str, Any]:
+    def run(other: Vehicle) -> _core.OcAnswer:
         return _run(drives, other, params, "joint", None, None)[0].answer()
 
     return fitted_vehicle(native, drives, vehicle, params, run)
@@ -135,7 +135,7 @@ def _answered(
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
-) -> tuple[Answer, Mapping[str, Any]]:
+) -> tuple[Answer, _core.OcAnswer]:
     """From one run of the core over all drives; with the core's own answer."""
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
     coarse = coarseness_of(drives)
@@ -172,7 +172,7 @@ def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, flo
     return across(natives, vehicle, params)
 
 
-def is_implausible(native: Mapping[str, Any]) -> bool:
+def is_implausible(native: _core.OcAnswer) -> bool:
     """Whether an oc_answer fits hardly any truck: its gradient is not that of a truck, or its angle is unexplained."""
     gradient = native["understeer_gradient"]
     at_most = gradient["value"] + 2.0 * gradient["standard_deviation"]

@@ -10,7 +10,6 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 from oncenter import _core
 from oncenter.estimates.changes import Change, kind_of_offset
@@ -52,7 +51,7 @@ class Together:
         return self.steps[-1].at if self.steps else 0
 
 
-def across(natives: Sequence[Mapping[str, Any]], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
+def across(natives: Sequence[_core.OcAnswer], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
     """From the oc_answer of each log by the joint method, in order of time."""
     priors = priors_of(params)
     summaries = [summary_of(native, vehicle, params) for native in natives]
@@ -87,12 +86,12 @@ def _driven_s(drive: Signals, until_s: float) -> float:
     return float(((time - time[0] < until_s) & ~stands).sum()) / drive.rate_hz
 
 
-def _status(native: Mapping[str, Any]) -> str:
+def _status(native: _core.OcAnswer) -> str:
     return str(_core.STATUSES[native["offset"]["status"]])
 
 
 def _by_pairs(
-    natives: Sequence[Mapping[str, Any]], usable: Sequence[tuple[int, Summary]], priors: Priors
+    natives: Sequence[_core.OcAnswer], usable: Sequence[tuple[int, Summary]], priors: Priors
 ) -> list[LogStep]:
     valid = [(k, one) for k, one in usable if _status(natives[k]) == "valid"]
     steps = []

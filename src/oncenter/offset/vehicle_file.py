@@ -8,8 +8,8 @@ by less and is left to the core.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
+from oncenter import _core
 from oncenter.findings import Finding, Kind, finding
 from oncenter.offset.core_findings import status_of
 from oncenter.plausibility import faults, rough_ratio_times_wheelbase_m
@@ -24,15 +24,13 @@ _WORSE_MAX = 1.1  # of the first run's unexplained angle: another wheelbase must
 _FACTOR_MAX = 4.0  # a larger factor is a wrong unit, not a wrong vehicle file
 _WHEELBASES_M = (1.0, 20.0)  # accepted by the core
 
-Native = Mapping[str, Any]
-
 
 def fitted_vehicle(
-    first: Native,
+    first: _core.OcAnswer,
     drives: Sequence[Signals],
     vehicle: Vehicle,
     params: Mapping[str, float],
-    run: Callable[[Vehicle], Native],
+    run: Callable[[Vehicle], _core.OcAnswer],
 ) -> Vehicle | None:
     """The vehicle with the wheelbase that explains the drives; None where the file's own does, or none is better.
 
@@ -58,11 +56,11 @@ def fitted_vehicle(
     return fitted if as_good and _is_far(fitted.wheelbase_m, vehicle) else None
 
 
-def is_observable(native: Native) -> bool:
+def is_observable(native: _core.OcAnswer) -> bool:
     return status_of(native["equivalent_wheelbase"]) == "valid"
 
 
-def _share(native: Native, vehicle: Vehicle) -> float:
+def _share(native: _core.OcAnswer, vehicle: Vehicle) -> float:
     share: float = native["equivalent_wheelbase"]["value"] / vehicle.wheelbase_m - 1.0
     return share
 
@@ -72,7 +70,9 @@ def _is_far(wheelbase_m: float, vehicle: Vehicle) -> bool:
     return 1.0 / _FACTOR_MAX < factor < _FACTOR_MAX and abs(factor - 1.0) > FAR_OFF
 
 
-def _agreed(start_m: float, vehicle: Vehicle, run: Callable[[Vehicle], Native]) -> tuple[Vehicle, Native] | None:
+def _agreed(
+    start_m: float, vehicle: Vehicle, run: Callable[[Vehicle], _core.OcAnswer]
+) -> tuple[Vehicle, _core.OcAnswer] | None:
     """Vehicle and answer with the same wheelbase, from a first guess; None where none is found."""
     for _ in range(_RUNS_MAX):
         if not _WHEELBASES_M[0] < start_m < _WHEELBASES_M[1]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -43,7 +42,7 @@ class Summary:
     side: float
 
 
-def summary_of(native: Mapping[str, Any], vehicle: Vehicle, params: Mapping[str, float]) -> Summary:
+def summary_of(native: _core.OcAnswer, vehicle: Vehicle, params: Mapping[str, float]) -> Summary:
     """From the joint method's oc_answer as a dict. Configured values of pull and accelerometer bias in `params` are
     subtracted, so that those of the truck are zero on average: the core subtracted a configured pull from the
     offset."""

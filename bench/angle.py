@@ -24,8 +24,8 @@ from angle_drives import (
     RAMP_BEGIN_S,
     RAMP_FROM_DEG,
     RAMP_TO_DEG,
+    AngleDrive,
     Array,
-    Drive,
     hard_turn,
     named,
     ordinary,
@@ -50,7 +50,7 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def estimated(drive: Drive, method: str = "observer", **options: object) -> tuple[Array, Array]:
+def estimated(drive: AngleDrive, method: str = "observer", **options: object) -> tuple[Array, Array]:
     """Error and standard deviation, deg."""
     table = oc.angle(drive.signals, drive.vehicle, method=method, **options)
     error = (table["steering_wheel_angle_rad"].to_numpy() - drive.true_rad) / DEGREE
@@ -173,7 +173,7 @@ def _of_scenario(name: str, scenario: str, seeds: range, teachers: dict[int, Sig
         yield Line(name, method, ", ".join(parts), **given)
 
 
-def _of_manoeuvre(drive: Drive, error: Array) -> tuple[float, float, float]:
+def _of_manoeuvre(drive: AngleDrive, error: Array) -> tuple[float, float, float]:
     """Relative error above 200 deg, RMS error in deg below, and bias in deg toward larger angles in bends above
     0.8 m/s^2; 0 without such ticks."""
     moving = (np.arange(len(error)) > 2500) & (drive.speed_m_s > 1.0)
@@ -184,7 +184,7 @@ def _of_manoeuvre(drive: Drive, error: Array) -> tuple[float, float, float]:
     return large, rms(error[moving & ~turned]), bias
 
 
-def _of_turn(drive: Drive, method: str, teacher: Signals) -> tuple[float, float]:
+def _of_turn(drive: AngleDrive, method: str, teacher: Signals) -> tuple[float, float]:
     """Seconds from the begin of the turn until 90 % of it, and the relative overshoot."""
     table = oc.angle(drive.signals, drive.vehicle, method=method, taught_by=(teacher,), sensor_lost_at=0.0)
     begin = round(100 * RAMP_BEGIN_S)

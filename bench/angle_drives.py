@@ -33,7 +33,7 @@ GNSS_SD_M_S = 0.02  # of the lateral speed of a good receiver with inertial sens
 
 
 @dataclass(frozen=True)
-class Drive:
+class AngleDrive:
     """`true_rad` is the steering wheel angle less the angle that a misalignment needs to drive straight."""
 
     signals: Signals
@@ -43,7 +43,7 @@ class Drive:
     vehicle: Vehicle
 
 
-def simulated(values: Table, seed: int, folder: Path, lag_s: float = 0.0) -> Drive:
+def simulated(values: Table, seed: int, folder: Path, lag_s: float = 0.0) -> AngleDrive:
     """Simulates a scenario given as tables."""
     file = folder / "angle.toml"
     file.write_text(as_toml(values), encoding="utf-8")
@@ -51,12 +51,12 @@ def simulated(values: Table, seed: int, folder: Path, lag_s: float = 0.0) -> Dri
     return drive_of(signals, truth, lag_s)
 
 
-def named(scenario: str, seed: int, lag_s: float = 0.0) -> Drive:
+def named(scenario: str, seed: int, lag_s: float = 0.0) -> AngleDrive:
     """Simulates a shipped scenario."""
     return drive_of(*oc.simulate(scenario, seed), lag_s)
 
 
-def drive_of(signals: Signals, truth: Truth, lag_s: float) -> Drive:
+def drive_of(signals: Signals, truth: Truth, lag_s: float) -> AngleDrive:
     true = truth.table["steering_wheel_angle_rad"].to_numpy() - truth.straight_ahead_rad
     over_ground = truth.table["lateral_speed_m_s"].to_numpy()
     noise = np.random.default_rng(len(true)).normal(0.0, GNSS_SD_M_S, len(true))
@@ -65,7 +65,7 @@ def drive_of(signals: Signals, truth: Truth, lag_s: float) -> Drive:
     if lag_s:
         held = signals.table["steering_wheel_angle_rad"].to_numpy() + ahead
         signals = replace(signals, table=signals.table.with_columns(steering_wheel_angle_rad=pl.Series(held)))
-    return Drive(
+    return AngleDrive(
         signals,
         true + ahead,
         truth.table["vehicle_speed_m_s"].to_numpy(),
@@ -83,7 +83,9 @@ def drive_of(signals: Signals, truth: Truth, lag_s: float) -> Drive:
     )
 
 
-def ordinary(seed: int, folder: Path, play_deg: Uniform | float, *, extra: Mapping[str, Any] | None = None) -> Drive:
+def ordinary(
+    seed: int, folder: Path, play_deg: Uniform | float, *, extra: Mapping[str, Any] | None = None
+) -> AngleDrive:
     """Ten minutes with and an hour without the sensor, on a random road."""
     random = np.random.default_rng([seed, 5])
     fixed = {"backlash_deg": play_deg, "king_pin_friction_m_s2": Uniform(0.02, 0.1)}
@@ -102,7 +104,7 @@ def ordinary(seed: int, folder: Path, play_deg: Uniform | float, *, extra: Mappi
 HEALTHY = ("motorway", "country", "town", "thesis_drive", "windy", "banked", "king-pin friction", "pulling alignment")
 
 
-def healthy(seed: int, folder: Path) -> Drive:
+def healthy(seed: int, folder: Path) -> AngleDrive:
     """Ten minutes and an hour with a healthy sensor, all HEALTHY kinds of drives in turn."""
     random = np.random.default_rng([seed, 8])
     kind = HEALTHY[seed % len(HEALTHY)]
@@ -124,7 +126,7 @@ def healthy(seed: int, folder: Path) -> Drive:
     raise refusal
 
 
-def payload_changed(seed: int, folder: Path) -> tuple[Drive, Drive]:
+def payload_changed(seed: int, folder: Path) -> tuple[AngleDrive, AngleDrive]:
     """The same truck twice: ten minutes with its payload, and half an hour with 50 % less or more."""
     random = np.random.default_rng([seed, 6])
     drawn = draw(random, {"backlash_deg": Uniform(0.0, 8.0), "king_pin_friction_m_s2": Uniform(0.02, 0.1)})
@@ -163,7 +165,7 @@ def scenario_of(drawn: Draw, base: str, duration_s: float) -> Table:
 RAMP_BEGIN_S, RAMP_RATE_DEG_S, RAMP_FROM_DEG, RAMP_TO_DEG = 70.23, 260.0, 60.0, -50.0
 
 
-def hard_turn(seed: int, folder: Path, lag_s: float) -> Drive:
+def hard_turn(seed: int, folder: Path, lag_s: float) -> AngleDrive:
     """Figure 12 with a lag of lag_s from hands to wheels."""
     time_s = np.arange(0.0, 120.0, 0.001)
     ramp = RAMP_FROM_DEG - RAMP_RATE_DEG_S * (time_s - RAMP_BEGIN_S)

@@ -26,7 +26,7 @@ from truck_drives import KINDS, truck_drives
 
 import oncenter as oc
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import GRADIENT_MIN, Drives, Summary
+from oncenter.truck.drives import GRADIENT_MIN, Summaries, Summary
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import priors_of
 
@@ -91,7 +91,7 @@ def make(wanted: dict[str, range], folder: Path, jobs: int) -> dict[str, pl.Data
 class Fleet:
     """A kind's trucks: `place` says which drive of the truck each column of `drives` is."""
 
-    drives: Drives
+    drives: Summaries
     place: np.ndarray[tuple[int, int], np.dtype[np.int64]]
     target: Numbers  # (trucks,), rad: the mean over its drives
     single: Numbers  # (trucks, drives), rad
@@ -110,7 +110,7 @@ def fleet_of(table: pl.DataFrame, step: Numbers | None = None) -> Fleet:
     values["offset"] = np.where(values["gradient"] < GRADIENT_MIN, np.nan, values["offset"] + moved)
     place = np.argsort(np.isnan(values["offset"]), axis=1, kind="stable")
     return Fleet(
-        drives=Drives(**{name: np.take_along_axis(value, place, axis=1) for name, value in values.items()}),
+        drives=Summaries(**{name: np.take_along_axis(value, place, axis=1) for name, value in values.items()}),
         place=place,
         target=np.mean(column("target"), axis=1),
         single=column("single"),
@@ -200,7 +200,9 @@ def speed(table: pl.DataFrame, trucks: int, drives: int) -> Record:
     begin = time.perf_counter()
     for first in range(0, trucks, AT_ONCE):
         some = slice(first, first + AT_ONCE)
-        learn(Drives(**{name: getattr(whole, name)[which[some, None], column[some]] for name in MEMBERS}), priors_of())
+        learn(
+            Summaries(**{name: getattr(whole, name)[which[some, None], column[some]] for name in MEMBERS}), priors_of()
+        )
     return {"trucks": trucks, "drives": drives, "seconds": time.perf_counter() - begin}
 
 

@@ -21,7 +21,7 @@ from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_
 from oncenter.memory.drive import priors, with_drive
 from oncenter.memory.file import text_of
 from oncenter.memory.log import key_of, start_of_drive
-from oncenter.memory.truck import DAY_S, Drive, Load, Remembered
+from oncenter.memory.truck import DAY_S, Load, PastDrive, Remembered
 from oncenter.signals import DEGREE, Signals
 
 NOW_S = 1_750_000_000.0
@@ -35,7 +35,10 @@ FULL = TruckMemory(
         Load(Remembered(0.3 * DEGREE, 0.02 * DEGREE, NOW_S), 3),
         Load(Remembered(0.5 * DEGREE, 0.03 * DEGREE, NOW_S), 1),
     ),
-    drives=(Drive("0123", NOW_S, 2.0 * DEGREE, 0.4 * DEGREE, "valid"), Drive("4567", NOW_S, None, None, "converging")),
+    drives=(
+        PastDrive("0123", NOW_S, 2.0 * DEGREE, 0.4 * DEGREE, "valid"),
+        PastDrive("4567", NOW_S, None, None, "converging"),
+    ),
 )
 
 

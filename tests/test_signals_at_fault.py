@@ -10,7 +10,7 @@ import pytest
 import oncenter as oc
 from oncenter.findings import Finding
 from oncenter.plausibility import faults, signs_and_units
-from oncenter.plausibility.drive import Drive
+from oncenter.plausibility.grid_signals import GridSignals
 from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import vehicle_from
 
@@ -80,9 +80,9 @@ def test_a_scale_slightly_beyond_the_usual_range_is_no_fault(
     beyond: float, severity: str, drive: Signals, truck: oc.Vehicle
 ) -> None:
     """Much play on straight roads spreads the angle as much; a larger factor is another unit or gain."""
-    spread, _, usual = signs_and_units._relations(Drive(drive, truck))["angle"]
+    spread, _, usual = signs_and_units._relations(GridSignals(drive, truck))["angle"]
     odd = spoiled(drive, ANGLE, lambda angle: angle * (beyond * usual / spread))
-    scale = signs_and_units.units(Drive(odd, truck))
+    scale = signs_and_units.units(GridSignals(odd, truck))
     assert isinstance(scale, Finding)
     assert (scale.code, scale.severity, scale.value) == ("scale", severity, None)
     assert [fault.code for fault in faults(odd, truck)] == ["scale"] * (severity == "error")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import Drives, Summary, together
+from oncenter.truck.drives import Summaries, Summary, together
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import Priors, priors_of
 
@@ -30,7 +30,7 @@ def truck(
     sd: float = 0.1 * DEGREE,
     stands: bool = True,
 ) -> list[Summary]:
-    """Drives of a truck, by the model's equations written out, not by its code: i K p in the offset, b + p in the
+    """Summaries of a truck, by the model's equations written out, not by its code: i K p in the offset, b + p in the
     neutral acceleration, bank and standing ground by b and the roads' crown. Without compliance."""
     found = []
     for k in range(drives):
@@ -171,7 +171,7 @@ def test_one_drive_alone_keeps_its_uncertainty_and_has_no_nan() -> None:
 def test_trucks_with_different_numbers_of_drives_are_padded_at_the_end() -> None:
     random = np.random.default_rng(10)
     table = together([truck(random, drives=2), truck(random, drives=5)])
-    assert isinstance(table, Drives)
+    assert isinstance(table, Summaries)
     assert all(array.shape == (2, 5) for array in astuple(table))
     assert np.isnan(table.offset[0, 2:]).all() and np.isfinite(table.offset[1]).all()
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from oncenter.estimates.estimate import Estimate
-from oncenter.memory.truck import Drive, Load, Remembered, TruckMemory
+from oncenter.memory.truck import Load, PastDrive, Remembered, TruckMemory
 from oncenter.offset.answer import Answer
 from oncenter.offset.inputs import params_of
 from oncenter.signals import DEGREE
@@ -69,7 +69,7 @@ def with_drive(
     value, offset_sd = (None, None) if offset is None else (offset.value, offset.sd)
     since = len(keys) - len(answer.drives)  # earlier logs are before a step, so this offset is not theirs
     added = [
-        Drive(key, start_s, *((value, offset_sd) if k >= since else (None, None)), answer.offset.status)
+        PastDrive(key, start_s, *((value, offset_sd) if k >= since else (None, None)), answer.offset.status)
         for k, key in enumerate(keys)
     ]
     return replace(

@@ -15,7 +15,7 @@ from oncenter.errors import OncenterError
 from oncenter.files.file_name import printable
 from oncenter.files.toml_file import read_toml, refusal
 from oncenter.files.whole_file import write_whole
-from oncenter.memory.truck import Drive, Load, Remembered, TruckMemory
+from oncenter.memory.truck import Load, PastDrive, Remembered, TruckMemory
 from oncenter.signals import DEGREE
 from oncenter.utc import utc
 
@@ -76,15 +76,15 @@ class _Gradient(_Table):
         return Remembered(self.value_deg_m_s2 * DEGREE, self.sd_deg_m_s2 * DEGREE, _seconds(self.date))
 
 
-class _Drive(_Table):
+class _PastDrive(_Table):
     log: Annotated[str, Field(max_length=100)]
     date: datetime
     offset_deg: _Value | None = None
     offset_sd_deg: Annotated[_Value, Field(gt=0)] | None = None
     status: Annotated[str, Field(max_length=100)]
 
-    def drive(self) -> Drive:
-        return Drive(self.log, _seconds(self.date), _rad(self.offset_deg), _rad(self.offset_sd_deg), self.status)
+    def drive(self) -> PastDrive:
+        return PastDrive(self.log, _seconds(self.date), _rad(self.offset_deg), _rad(self.offset_sd_deg), self.status)
 
 
 class _File(_Table):
@@ -95,7 +95,7 @@ class _File(_Table):
     accelerometer_bias: _Accelerometer | None = None
     equivalent_wheelbase: _Wheelbase | None = None
     understeer_gradient: list[_Gradient] = []
-    drives: list[_Drive] = []
+    drives: list[_PastDrive] = []
 
 
 def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:

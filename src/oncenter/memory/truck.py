@@ -55,7 +55,7 @@ class Load:
 
 
 @dataclass(frozen=True)
-class Drive:
+class PastDrive:
     """A drive in the memory: the key of its log's content, its begin and its offset (rad), which is no prior."""
 
     key: str
@@ -85,7 +85,7 @@ class TruckMemory:
     accelerometer_bias: Remembered | None = None
     equivalent_wheelbase: Remembered | None = None
     loads: tuple[Load, ...] = ()
-    drives: tuple[Drive, ...] = ()
+    drives: tuple[PastDrive, ...] = ()
 
     def has(self, key: str) -> bool:
         return any(drive.key == key for drive in self.drives)

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 from oncenter.findings import Finding, most_severe_first
 from oncenter.plausibility import axles, lag, presence, ratio, signs_and_units, zeros
-from oncenter.plausibility.drive import USEFUL, Drive
+from oncenter.plausibility.check_result import CannotTell, CheckResult
+from oncenter.plausibility.grid_signals import USEFUL, GridSignals
 from oncenter.plausibility.recording import recording_findings
-from oncenter.plausibility.verdict import CannotTell, Verdict
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
@@ -38,10 +38,10 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         vehicle: with it, ratio times wheelbase is judged; without, the drive's value is reported.
     """
     usable, unfit_axles = axles.without_unfit_axles(signals, vehicle)
-    drive = Drive(usable, vehicle)
+    drive = GridSignals(usable, vehicle)
     sign, units = signs_and_units.sign(drive), signs_and_units.units(drive)
     comparable = not (isinstance(sign, Finding) or isinstance(units, Finding))  # else r/v and r*v mean nothing
-    verdicts: list[Verdict] = [
+    verdicts: list[CheckResult] = [
         *recording_findings(signals, USEFUL),
         *presence.missing(drive),
         *presence.availability(drive),
@@ -72,7 +72,7 @@ def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, .
 
     With one of them, a drive gives no useful estimate. Takes a tenth of a second for hours of driving.
     """
-    drive = Drive(signals, vehicle)
+    drive = GridSignals(signals, vehicle)
     units = signs_and_units.units(drive)
     verdicts = (*presence.stuck(drive), signs_and_units.sign(drive), units, signs_and_units.wheels(drive, units))
     return tuple(each for each in verdicts if isinstance(each, Finding) and each.severity == "error")
@@ -80,12 +80,12 @@ def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, .
 
 def stuck_speed(signals: Signals) -> tuple[Finding, ...]:
     """A vehicle speed that stays at one value while the wheel speeds change; the only check of `faults` made here."""
-    return tuple(presence.speed_stuck_beside_wheels(Drive(signals, None)))
+    return tuple(presence.speed_stuck_beside_wheels(GridSignals(signals, None)))
 
 
 def rough_ratio_times_wheelbase_m(signals: Signals) -> float | None:
     """From the bends of a drive; None where there are too few, or where signs or scales contradict each other."""
-    drive = Drive(signals, None)
+    drive = GridSignals(signals, None)
     if signs_and_units.sign(drive) is not None or signs_and_units.units(drive) is not None:
         return None
     return ratio.rough_m(drive)

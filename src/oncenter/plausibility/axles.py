@@ -11,12 +11,12 @@ from typing import Literal
 import numpy as np
 
 from oncenter.findings import Finding, Kind, finding
+from oncenter.plausibility.check_result import SIGNALS_TABLE
 from oncenter.plausibility.correlation import lags_s
-from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Column, Drive
+from oncenter.plausibility.grid_signals import MIN_TIME_S, ROLLING_M_S, Column, GridSignals
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations
 from oncenter.plausibility.presence import resolution
 from oncenter.plausibility.signs_and_units import confirming_yaw_rate
-from oncenter.plausibility.verdict import SIGNALS_TABLE
 from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.vehicle import Vehicle
 
@@ -68,7 +68,7 @@ def without_unfit_axles(signals: Signals, vehicle: Vehicle | None) -> tuple[Sign
     """
     if not any(_has_both(signals, axle) for axle in AXLES):
         return signals, ()
-    found = unfit(Drive(signals, vehicle))
+    found = unfit(GridSignals(signals, vehicle))
     for each in found:
         signals = _without(signals, each.axles)
     return signals, found
@@ -85,7 +85,7 @@ def _without(signals: Signals, axles: tuple[Axle, ...]) -> Signals:
     return Signals(rest, kept, signals.rate_hz, signals.log, signals.notes, signals.vin)
 
 
-def unfit(drive: Drive) -> tuple[Unfit, ...]:
+def unfit(drive: GridSignals) -> tuple[Unfit, ...]:
     """The axles that `without_unfit_axles` leaves out; those with the same mismatch together."""
     axles = [axle for axle in AXLES if _has_both(drive.signals, axle)]
     confirming = confirming_yaw_rate(drive) if axles else frozenset()
@@ -115,7 +115,7 @@ def _is_certain(mismatch: _Mismatch) -> bool:
     return factor > 2.0 * _KM_H or abs(factor / _KM_H - 1.0) < _KM_H_WITHIN
 
 
-def _shares(drive: Drive, axle: Axle, late: _Mismatch) -> bool:
+def _shares(drive: GridSignals, axle: Axle, late: _Mismatch) -> bool:
     """Whether the difference of another axle has the lag of `late`, although it is too noisy to estimate its own: with
     this lag the yaw rate explains more of it in both halves of the drive."""
     left, right = drive.wheels(axle)
@@ -142,7 +142,7 @@ def _unexplained(difference: Column, yaw_rate: Column, speed: Column) -> float:
     return float(np.sum((difference - unknowns @ found) ** 2))
 
 
-def _mismatch(drive: Drive, axle: Axle) -> _Mismatch | None:
+def _mismatch(drive: GridSignals, axle: Axle) -> _Mismatch | None:
     """The first one found; None for an axle without mismatch, or with too little evidence."""
     left, right = drive.wheels(axle)
     per_speed = _mean_per_speed(drive, 0.5 * (left + right))
@@ -167,14 +167,14 @@ def _mismatch(drive: Drive, axle: Axle) -> _Mismatch | None:
     return _Mismatch(axle, "lag", sum(lags) / 2)
 
 
-def _mean_per_speed(drive: Drive, mean: Column) -> float | None:
+def _mean_per_speed(drive: GridSignals, mean: Column) -> float | None:
     both = np.isfinite(mean) & (drive.speed > ROLLING_M_S)
     if both.sum() * drive.step_s < MIN_TIME_S:
         return None
     return float(np.median(mean[both]) / np.median(drive.speed[both]))
 
 
-def _turns_enough(drive: Drive, axle: Axle, difference: Column) -> bool:
+def _turns_enough(drive: GridSignals, axle: Axle, difference: Column) -> bool:
     """Whether the truck turns enough for the difference to be visible over steps and noise."""
     used = np.isfinite(difference * drive.yaw_rate)
     if not used.any():
@@ -185,7 +185,7 @@ def _turns_enough(drive: Drive, axle: Axle, difference: Column) -> bool:
     return turning > enough and _tracks_m(drive, axle)[0] * turning > _STEPS_MIN * _step_m_s(drive, axle)
 
 
-def _step_m_s(drive: Drive, axle: Axle) -> float:
+def _step_m_s(drive: GridSignals, axle: Axle) -> float:
     """Resolution of the difference. EBC2 gives both wheels relative to the front axle, whose own steps are finer."""
     names = [f"wheel_speed_{axle}_{side}" for side in ("left", "right")]
     sources = [drive.signals.sources[name].description for name in names if name in drive.signals.sources]
@@ -195,7 +195,7 @@ def _step_m_s(drive: Drive, axle: Axle) -> float:
     return max(resolution(values) or 0.0 for values in (left, right, right - left))
 
 
-def _slope(drive: Drive, difference: Column) -> tuple[float, float] | None:
+def _slope(drive: GridSignals, difference: Column) -> tuple[float, float] | None:
     """Of the difference over the yaw rate, m, with its 95 % half-width; unequal tyre radii and a yaw rate bias are
     further unknowns."""
     used = np.isfinite(difference * drive.yaw_rate)
@@ -205,7 +205,7 @@ def _slope(drive: Drive, difference: Column) -> tuple[float, float] | None:
     return first_with_interval([normal_equations(unknowns, difference[used])])
 
 
-def _tracks_m(drive: Drive, axle: Axle) -> tuple[float, float]:
+def _tracks_m(drive: GridSignals, axle: Axle) -> tuple[float, float]:
     vehicle = drive.vehicle
     track = None if vehicle is None else getattr(vehicle, f"track_width_{axle}_m")
     return _TRACKS_M if track is None else (track, track)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from oncenter.plausibility.drive import GRID_HZ, MIN_TIME_S, Column
+from oncenter.plausibility.grid_signals import GRID_HZ, MIN_TIME_S, Column
 
 _CORRELATION = 0.6  # a smaller one is no evidence
 _LAG_SEARCHED_S = 2.0

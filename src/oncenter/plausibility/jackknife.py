@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oncenter.plausibility.drive import Column
+from oncenter.plausibility.grid_signals import Column
 
 _PARTS = 12  # of the drive
 _STUDENT_T = 2.20  # 97.5 %, _PARTS - 1 degrees of freedom

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from oncenter.findings import Kind, finding
+from oncenter.plausibility.check_result import BENDS, CannotTell, CheckResult, lacks
 from oncenter.plausibility.correlation import lags_s
-from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
-from oncenter.plausibility.verdict import BENDS, CannotTell, Verdict, lacks
+from oncenter.plausibility.grid_signals import MIN_TIME_S, NEEDED, Column, GridSignals
 
 _ANGLE_TO_YAW_S = (-0.05, 0.5)  # tyres, chassis and play delay it, on a loaded truck at speed by some 0.3 s
 _YAW_TO_ACCELERATION_S = (-0.2, 0.2)  # depends on the sensor's position along the vehicle and the roll of the cab
@@ -16,7 +16,7 @@ _AHEAD_M = 4.0  # of the rear axle, without a vehicle file
 
 
 @finding("lag_yaw_rate", "warning", "ms")
-def yaw_rate(found: Kind, drive: Drive) -> Verdict:
+def yaw_rate(found: Kind, drive: GridSignals) -> CheckResult:
     """Behind the angle, beyond the limits in both halves of the drive."""
     subject = "lag of the yaw rate behind the angle"
     found_s = lags_s(drive.driven(drive.angle), drive.curvature, drive.step_s)
@@ -27,7 +27,7 @@ def yaw_rate(found: Kind, drive: Drive) -> Verdict:
 
 
 @finding("lag_lateral_acceleration", "warning", "ms")
-def lateral_acceleration(found: Kind, drive: Drive) -> Verdict:
+def lateral_acceleration(found: Kind, drive: GridSignals) -> CheckResult:
     """Behind the yaw rate, beyond the limits in both halves of the drive."""
     subject = "lag of the lateral acceleration behind the yaw rate"
     found_s = lags_s(drive.driven(drive.centripetal), drive.lateral_acceleration, drive.step_s)
@@ -39,13 +39,13 @@ def lateral_acceleration(found: Kind, drive: Drive) -> Verdict:
     return beyond and found(*beyond)
 
 
-def _why(drive: Drive, early: Column, late: Column) -> str:
+def _why(drive: GridSignals, early: Column, late: Column) -> str:
     """The missing evidence for a lag that is not judged."""
     both_s = float(np.isfinite(drive.driven(early) * late).sum()) * drive.step_s
     return BENDS if both_s < MIN_TIME_S else _ALIKE
 
 
-def _led_s(drive: Drive) -> float:
+def _led_s(drive: GridSignals) -> float:
     """The lead of a measurement at the front axle over r*v: the rear axle follows later, at low speed much later."""
     ahead_m = _AHEAD_M if drive.vehicle is None else drive.vehicle.wheelbase_m
     return ahead_m / float(np.nanmedian(drive.driven(drive.speed)))

@@ -6,8 +6,16 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.findings import Finding, Kind, finding
-from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, ROLLING_M_S, USEFUL, Column, Drive, without_absurd
-from oncenter.plausibility.verdict import SIGNALS_TABLE, words
+from oncenter.plausibility.check_result import SIGNALS_TABLE, words
+from oncenter.plausibility.grid_signals import (
+    MIN_TIME_S,
+    NEEDED,
+    ROLLING_M_S,
+    USEFUL,
+    Column,
+    GridSignals,
+    without_absurd,
+)
 from oncenter.read.clock import RATE_SLACK, RECORDED_MIN_HZ
 from oncenter.signals import DEGREE, SIGNALS, Signals
 
@@ -36,7 +44,7 @@ _COARSEST = {
 
 
 @finding("missing_signal", "error")
-def missing(found: Kind, drive: Drive) -> list[Finding]:
+def missing(found: Kind, drive: GridSignals) -> list[Finding]:
     return [
         found(
             f"the log has no {words(name)}. "
@@ -52,7 +60,7 @@ def missing(found: Kind, drive: Drive) -> list[Finding]:
     ]
 
 
-def availability(drive: Drive) -> list[Finding]:
+def availability(drive: GridSignals) -> list[Finding]:
     found: list[Finding] = []
     for name in filter(drive.has, USEFUL):
         share = float(np.isnan(drive.ticks(name)).mean())
@@ -105,7 +113,7 @@ def held_rate_hz(signals: Signals, name: str) -> float | None:
     return rate_hz if rate_hz < RECORDED_MIN_HZ * (1 - RATE_SLACK) else None
 
 
-def stuck(drive: Drive) -> list[Finding]:
+def stuck(drive: GridSignals) -> list[Finding]:
     found: list[Finding] = []
     if _yaws_while_standing(drive):
         found.append(_speed_zero((len(drive.ticks("vehicle_speed")) - 1) / drive.signals.rate_hz))
@@ -131,14 +139,14 @@ def _speed_zero(found: Kind, whole_s: float) -> Finding:
     return found(text, whole_s)
 
 
-def _runs_of_one_number(drive: Drive, name: str) -> list[slice]:
+def _runs_of_one_number(drive: GridSignals, name: str) -> list[slice]:
     """Where the signal stays at one value for longer than its `_STUCK_S` while the vehicle rolls."""
     rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
     return _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, _STUCK_S[name] * drive.signals.rate_hz)
 
 
 @finding("signal_stuck", "error", "s")
-def _stuck(found: Kind, drive: Drive, name: str, runs: list[slice]) -> Finding:
+def _stuck(found: Kind, drive: GridSignals, name: str, runs: list[slice]) -> Finding:
     same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
     text = (
         f"the {words(name)} stays at one value for {same_s:.0f} s while the truck rolls. It seems stuck: the offset "
@@ -147,20 +155,20 @@ def _stuck(found: Kind, drive: Drive, name: str, runs: list[slice]) -> Finding:
     return found(text, same_s)
 
 
-def _yaws_while_standing(drive: Drive) -> bool:
+def _yaws_while_standing(drive: GridSignals) -> bool:
     available = np.isfinite(drive.speed + drive.yaw_rate)
     if available.sum() * drive.step_s < MIN_TIME_S:
         return False
     return bool(drive.speed[available].max() < _STANDING_M_S and np.std(drive.yaw_rate[available]) > _YAWS_RAD_S)
 
 
-def _is_coarse(drive: Drive, name: str) -> bool:
+def _is_coarse(drive: GridSignals, name: str) -> bool:
     coarsest, factor, _ = _COARSEST[name]
     step = resolution(drive.ticks(name))
     return step is not None and step / factor > coarsest
 
 
-def _must_have_changed(drive: Drive, run: slice) -> bool:
+def _must_have_changed(drive: GridSignals, run: slice) -> bool:
     """Whether the vehicle speed changed meanwhile by more than its resolution: by the wheel speeds, or because its
     steps are so fine that no cruise control stays within one. Wheel speeds that are stuck as well are no evidence."""
     step = _step_of(np.delete(drive.ticks("vehicle_speed"), run))
@@ -170,7 +178,7 @@ def _must_have_changed(drive: Drive, run: slice) -> bool:
     return step is not None and step < _FINE_M_S
 
 
-def _wheels_spread(drive: Drive, run: slice) -> float:
+def _wheels_spread(drive: GridSignals, run: slice) -> float:
     """Of the wheel speeds meanwhile, m/s; 0 where they are stuck as well, or where there are too few."""
     wheels = drive.wheel_speed[run.start // drive.ticks_per_step : run.stop // drive.ticks_per_step]
     wheels = wheels[np.isfinite(wheels)]
@@ -180,7 +188,7 @@ def _wheels_spread(drive: Drive, run: slice) -> float:
     return float(fastest - slowest)
 
 
-def speed_stuck_beside_wheels(drive: Drive) -> list[Finding]:
+def speed_stuck_beside_wheels(drive: GridSignals) -> list[Finding]:
     """A vehicle speed that stays at one value while the wheel speeds change by more than its resolution."""
     runs = _runs_of_one_number(drive, "vehicle_speed")
     if not runs:
@@ -190,7 +198,7 @@ def speed_stuck_beside_wheels(drive: Drive) -> list[Finding]:
     return [_stuck(drive, "vehicle_speed", runs)] if runs else []
 
 
-def _turns_by_more_than_a_step(drive: Drive, run: slice) -> bool:
+def _turns_by_more_than_a_step(drive: GridSignals, run: slice) -> bool:
     """Whether the angle changed meanwhile by more than the resolution of the yaw rate; always where that is fine."""
     step = coarse_step(drive.signals, "yaw_rate")
     if step is None:
@@ -218,7 +226,7 @@ def _runs(true: npt.NDArray[np.bool_], longer_than: float) -> list[slice]:
 
 
 @finding("signal_coarse", "warning")
-def coarse(found: Kind, drive: Drive) -> list[Finding]:
+def coarse(found: Kind, drive: GridSignals) -> list[Finding]:
     each: list[Finding] = []
     for name, (_, factor, unit) in _COARSEST.items():
         step = coarse_step(drive.signals, name)

@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.findings import Kind, finding
+from oncenter.plausibility.check_result import CannotTell, CheckResult, lacks
 from oncenter.plausibility.correlation import agreement, lag_s
-from oncenter.plausibility.drive import MIN_TIME_S, NEEDED, Column, Drive
+from oncenter.plausibility.grid_signals import MIN_TIME_S, NEEDED, Column, GridSignals
 from oncenter.plausibility.jackknife import first_with_interval, normal_equations
-from oncenter.plausibility.verdict import CannotTell, Verdict, lacks
 
 _SPEED_MIN_M_S = 3.0
 _CURVATURE_MAX_1_M = 1 / 15  # beyond it tan and a variable ratio are not linear
@@ -30,7 +30,7 @@ _FLANK_M_S2 = 0.05  # of lateral acceleration, beyond which one flank of the pla
 
 
 @finding("ratio_times_wheelbase", "warning", "m")
-def ratio_times_wheelbase(found: Kind, drive: Drive, comparable: bool) -> Verdict:
+def ratio_times_wheelbase(found: Kind, drive: GridSignals, comparable: bool) -> CheckResult:
     """Reported without a vehicle file, judged with one; `comparable`: signs and scales have no error."""
     subject = "ratio times wheelbase"
     if not comparable:
@@ -57,7 +57,7 @@ def ratio_times_wheelbase(found: Kind, drive: Drive, comparable: bool) -> Verdic
     return found(text, value)
 
 
-def rough_m(drive: Drive) -> float | None:
+def rough_m(drive: GridSignals) -> float | None:
     """i*L in m without an interval, in any bends: (10) with offset, understeer and gyro bias as further unknowns. Play,
     lag and yaw rate noise cause errors of some tenths of it."""
     k, v = drive.curvature, drive.speed
@@ -69,7 +69,7 @@ def rough_m(drive: Drive) -> float | None:
     return found if found > 0.0 else None
 
 
-def _shown(drive: Drive, bank: Column | None) -> tuple[float, float] | None:
+def _shown(drive: GridSignals, bank: Column | None) -> tuple[float, float] | None:
     """i*L in m and its 95 % half-width: (10) with offset, understeer, gyro bias, lag and play as further unknowns.
 
     The sign of the lateral force gives the loaded flank of the play. The neutral lateral acceleration, which contains
@@ -97,7 +97,7 @@ def _shown(drive: Drive, bank: Column | None) -> tuple[float, float] | None:
     return (value, half_width) if half_width < _HALF_WIDTH_MAX * abs(value) else None
 
 
-def _usable(drive: Drive) -> npt.NDArray[np.bool_]:
+def _usable(drive: GridSignals) -> npt.NDArray[np.bool_]:
     gentle = np.abs(drive.centripetal) < _ACCELERATION_MAX_M_S2
     return np.asarray((drive.speed > _SPEED_MIN_M_S) & (np.abs(drive.curvature) < _CURVATURE_MAX_1_M) & gentle)
 
@@ -106,7 +106,7 @@ def _rate_of(values: Column, step_s: float) -> Column:
     return np.gradient(values, step_s) if len(values) > 1 else np.full_like(values, np.nan)
 
 
-def _bank(drive: Drive) -> Column | None:
+def _bank(drive: GridSignals) -> Column | None:
     """a_y - r*v; None without an accelerometer that follows r*v with a constant zero."""
     bank = _smoothed(drive.lateral_acceleration - drive.centripetal, drive.step_s)
     used = _usable(drive) & np.isfinite(bank)

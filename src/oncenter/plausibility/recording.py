@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.findings import Finding, Kind, finding
-from oncenter.plausibility.verdict import words
+from oncenter.plausibility.check_result import words
 from oncenter.signals import SIGNALS, Signals
 
 _HOLE_MIN_S = 1.0  # a shorter one is lost frames

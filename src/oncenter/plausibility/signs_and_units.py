@@ -8,14 +8,22 @@ from dataclasses import dataclass
 import numpy as np
 
 from oncenter.findings import Finding, Kind, finding
+from oncenter.plausibility.check_result import BENDS, NO_OFFSET, SIGNALS_TABLE, CannotTell, CheckResult, lacks
 from oncenter.plausibility.correlation import agreement, agreement_of_means
-from oncenter.plausibility.drive import DRIVING_M_S, GRID_HZ, MIN_TIME_S, NEEDED, ROLLING_M_S, Column, Drive
-from oncenter.plausibility.verdict import BENDS, NO_OFFSET, SIGNALS_TABLE, CannotTell, Verdict, lacks
+from oncenter.plausibility.grid_signals import (
+    DRIVING_M_S,
+    GRID_HZ,
+    MIN_TIME_S,
+    NEEDED,
+    ROLLING_M_S,
+    Column,
+    GridSignals,
+)
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 
 @finding("sign_reversed", "error")
-def sign(found: Kind, drive: Drive) -> Verdict:
+def sign(found: Kind, drive: GridSignals) -> CheckResult:
     """The signals of a turn vote; the minority is reversed."""
     against = {
         "steering wheel angle": (drive.angle, drive.curvature),
@@ -39,7 +47,7 @@ def sign(found: Kind, drive: Drive) -> Verdict:
     return found(f"{text}. {NO_OFFSET}. {_sign_remedy(suspects, drive)}")
 
 
-def _sign_remedy(suspects: list[str], drive: Drive) -> str:
+def _sign_remedy(suspects: list[str], drive: GridSignals) -> str:
     """By the signs that [signals] gives already: a sign of -1 there may be the mistake."""
     entries = {} if drive.vehicle is None else drive.vehicle.signals
     turned = [name for name in suspects if (entry := entries.get(name.replace(" ", "_"))) and entry.sign == -1]
@@ -104,7 +112,7 @@ _FAR_BEYOND = 1.5  # times the usual range; much play on straight roads and gust
 
 
 @finding("scale", "error", "1")
-def units(found: Kind, drive: Drive) -> Verdict:
+def units(found: Kind, drive: GridSignals) -> CheckResult:
     """Each relation between signals against its range; a wrong unit must explain all of them at once."""
     shown = _relations(drive)
     if not shown:
@@ -141,7 +149,7 @@ _RELATION = {
 }
 
 
-def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
+def _relations(drive: GridSignals) -> dict[str, tuple[float, float, float]]:
     """By name: the ratio of the drive, and its usual range."""
     il = drive.ratio_times_wheelbase_m()
     angle_limits = _ANGLE_PER_CURVATURE_M if il is None else (_ANGLE_PER_IL[0] * il, _ANGLE_PER_IL[1] * il)
@@ -157,7 +165,7 @@ def _relations(drive: Drive) -> dict[str, tuple[float, float, float]]:
     return shown
 
 
-def confirming_yaw_rate(drive: Drive) -> frozenset[str]:
+def confirming_yaw_rate(drive: GridSignals) -> frozenset[str]:
     """Those of "angle" and "acceleration" that follow the yaw rate in sign and scale; none where one contradicts it."""
     others = {
         "angle": (drive.angle, drive.curvature, _ANGLE_PER_CURVATURE_M),
@@ -173,7 +181,7 @@ def confirming_yaw_rate(drive: Drive) -> frozenset[str]:
     return frozenset(confirming)
 
 
-def _acceleration_limits(drive: Drive) -> tuple[float, float]:
+def _acceleration_limits(drive: GridSignals) -> tuple[float, float]:
     driven = drive.speed[drive.speed > DRIVING_M_S]
     fast = len(driven) > 0 and float(np.median(driven)) > _MOTORWAY_M_S
     return _ACCELERATION_PER_RV_ON_MOTORWAYS if fast else _ACCELERATION_PER_RV
@@ -201,7 +209,7 @@ _WHEELS_OFF = 0.05  # tyre wear and pressure make 3 %
 
 
 @finding("wheel_speed", "warning", "%")
-def wheels(found: Kind, drive: Drive, scale: Verdict) -> Verdict:
+def wheels(found: Kind, drive: GridSignals, scale: CheckResult) -> CheckResult:
     """`scale` is the verdict of `units`; where a wrong unit explains the same difference, only that is reported."""
     ratio = _wheel_speed_ratio(drive)
     if ratio is None:
@@ -225,7 +233,7 @@ def wheels(found: Kind, drive: Drive, scale: Verdict) -> Verdict:
     return found(text, faster)
 
 
-def _wheel_speed_ratio(drive: Drive) -> float | None:
+def _wheel_speed_ratio(drive: GridSignals) -> float | None:
     both = np.isfinite(drive.wheel_speed) & np.isfinite(drive.speed)
     both &= np.fmax(drive.wheel_speed, drive.speed) > ROLLING_M_S
     if both.sum() < MIN_TIME_S * GRID_HZ:
@@ -239,7 +247,7 @@ _TORQUE_CORRELATION = 0.3  # of such means, in both halves of the drive
 _TORQUE_SLOPE_OFF = 10.0  # times the params' slope, or a share of it
 
 
-def torque(drive: Drive, comparable: bool) -> list[Verdict]:
+def torque(drive: GridSignals, comparable: bool) -> list[CheckResult]:
     """The steering wheel torque against the lateral acceleration, or r*v without one; nothing where the log has none.
 
     It has no vote on the other signs, since friction and play make it the least reliable signal of a turn.
@@ -265,7 +273,7 @@ def torque(drive: Drive, comparable: bool) -> list[Verdict]:
 
 
 @finding("sign_reversed", "error")
-def _torque_reversed(found: Kind, drive: Drive) -> Finding:
+def _torque_reversed(found: Kind, drive: GridSignals) -> Finding:
     return found(
         "the sign of the steering wheel torque is reversed: it must be positive where the driver steers left. "
         f"{_TORQUE_EFFECT}. {_sign_remedy(['steering wheel torque'], drive)}"

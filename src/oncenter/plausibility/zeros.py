@@ -8,8 +8,8 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.findings import Finding, Kind, finding
-from oncenter.plausibility.drive import DRIVING_M_S, MIN_TIME_S, NEEDED, Drive
-from oncenter.plausibility.verdict import CannotTell, Verdict, lacks, words
+from oncenter.plausibility.check_result import CannotTell, CheckResult, lacks, words
+from oncenter.plausibility.grid_signals import DRIVING_M_S, MIN_TIME_S, NEEDED, GridSignals
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 _NEARLY_STRAIGHT_1_M = 1 / 500
@@ -73,7 +73,7 @@ def relative_angle_sensor(found: Kind) -> Finding:
     )
 
 
-def yaw_rate(drive: Drive) -> Verdict:
+def yaw_rate(drive: GridSignals) -> CheckResult:
     standing = _at_standstill(drive, "yaw_rate")
     if standing is None:
         return CannotTell("zero of the yaw rate", _lacks_standing(drive, "yaw_rate"))
@@ -86,14 +86,14 @@ def yaw_rate(drive: Drive) -> Verdict:
     return replace(bias, text=f"{bias.text}. {_GYRO_EFFECT}", severity=bias.severity if is_large else "info")
 
 
-def lateral_acceleration(drive: Drive) -> Verdict:
+def lateral_acceleration(drive: GridSignals) -> CheckResult:
     standing = _at_standstill(drive, "lateral_acceleration")
     if standing is None:
         return CannotTell("zero of the lateral acceleration", _lacks_standing(drive, "lateral_acceleration"))
     return lateral_acceleration_at_standstill(*standing)
 
 
-def _at_standstill(drive: Drive, name: str) -> tuple[float, float] | None:
+def _at_standstill(drive: GridSignals, name: str) -> tuple[float, float] | None:
     """Mean reading, and the time used for it in s."""
     values = drive.ticks(name)[_standing(drive)]
     values = values[np.isfinite(values)]
@@ -101,7 +101,7 @@ def _at_standstill(drive: Drive, name: str) -> tuple[float, float] | None:
     return (float(values.mean()), time_s) if time_s >= drive.params["standstill_time_min_s"] else None
 
 
-def _standing(drive: Drive) -> npt.NDArray[np.bool_]:
+def _standing(drive: GridSignals) -> npt.NDArray[np.bool_]:
     """Ticks at standstill, after the cab has settled."""
     slow = drive.ticks("vehicle_speed") < drive.params["standstill_speed_max_m_s"]
     settling = round(drive.params["standstill_settling_s"] * drive.signals.rate_hz)
@@ -109,14 +109,14 @@ def _standing(drive: Drive) -> npt.NDArray[np.bool_]:
     return np.asarray(slow & (since_moving > settling))
 
 
-def _lacks_standing(drive: Drive, name: str) -> str:
+def _lacks_standing(drive: GridSignals, name: str) -> str:
     if not drive.has(name):
         return f"no {words(name)}"
     return f"needs {drive.params['standstill_time_min_s']:g} s at standstill"
 
 
 @finding("bank", "warning", "m/s^2")
-def bank(found: Kind, drive: Drive, comparable: bool) -> Verdict:
+def bank(found: Kind, drive: GridSignals, comparable: bool) -> CheckResult:
     """(33) averaged over all fast driving: banked bends cancel, a crown is some 0.2 m/s^2, the rest is bias."""
     banks = (drive.lateral_acceleration - drive.centripetal)[drive.speed > drive.params["speed_min_m_s"]]
     banks = banks[np.isfinite(banks)]
@@ -136,13 +136,13 @@ def bank(found: Kind, drive: Drive, comparable: bool) -> Verdict:
     return found(text, mean)
 
 
-def relative_sensor(drive: Drive) -> Verdict:
+def relative_sensor(drive: GridSignals) -> CheckResult:
     relative = bool(np.any(drive.ticks("steering_wheel_angle_sensor_type") == 0))
     return relative_angle_sensor() if relative else None
 
 
 @finding("whole_turns", "warning", "deg")
-def whole_turns(found: Kind, drive: Drive, comparable: bool) -> Verdict:
+def whole_turns(found: Kind, drive: GridSignals, comparable: bool) -> CheckResult:
     """The angle is more than half a turn off zero straight ahead."""
     straight = drive.angle[(drive.speed > DRIVING_M_S) & (np.abs(drive.curvature) < _NEARLY_STRAIGHT_1_M)]
     straight = straight[np.isfinite(straight)]

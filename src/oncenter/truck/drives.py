@@ -80,7 +80,7 @@ def is_usable(status: str, gradient: float) -> bool:
 
 
 @dataclass(frozen=True)
-class Drives:
+class Summaries:
     """Summaries of many trucks' drives, each member of shape (trucks, drives), in order of time; NaN after the last
     drive of a truck."""
 
@@ -100,7 +100,7 @@ class Drives:
     side: Numbers
 
 
-def together(trucks: Sequence[Sequence[Summary]]) -> Drives:
+def together(trucks: Sequence[Sequence[Summary]]) -> Summaries:
     """The tables of trucks with at least one drive each."""
     most = max(len(drives) for drives in trucks)
     table = np.full((len(fields(Summary)), len(trucks), most), math.nan)
@@ -108,4 +108,4 @@ def together(trucks: Sequence[Sequence[Summary]]) -> Drives:
     for n, drives in enumerate(trucks):
         for d, drive in enumerate(drives):
             table[:, n, d] = [getattr(drive, name) for name in names]
-    return Drives(**dict(zip(names, table, strict=True)))
+    return Summaries(**dict(zip(names, table, strict=True)))

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import Drives, Numbers
+from oncenter.truck.drives import Numbers, Summaries
 from oncenter.truck.priors import Priors
 from oncenter.truck.readings import (
     BIAS,
@@ -76,7 +76,7 @@ class Step:
     sd: float
 
 
-def neutral_moved(drives: Drives, priors: Priors, step: Step, end: int) -> bool:
+def neutral_moved(drives: Summaries, priors: Priors, step: Step, end: int) -> bool:
     """Whether the neutral lateral acceleration changed with the offset, as after a wheel alignment; from drives before
     `end`."""
     sides = []
@@ -112,7 +112,7 @@ class Filter:
 
     def __init__(
         self,
-        drives: Drives,
+        drives: Summaries,
         priors: Priors,
         load_steer_sd: float,
         steps: Truths | None = None,

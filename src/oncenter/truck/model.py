@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from oncenter.truck.drives import Drives, Numbers
+from oncenter.truck.drives import Numbers, Summaries
 from oncenter.truck.kalman import Filter, Step, neutral_moved
 from oncenter.truck.priors import Priors
 from oncenter.truck.readings import BIAS, OFFSET, PLAY, PULL, loads_of
@@ -42,7 +42,7 @@ class Trucks:
     offset_sds: Numbers
 
 
-def learn(drives: Drives, priors: Priors) -> Trucks:
+def learn(drives: Summaries, priors: Priors) -> Trucks:
     """All trucks of `drives`; each has a first drive."""
     steps = _run(Filter(drives, priors, priors.step_load_steer_sd_rad)).steps
     stepped = np.zeros(drives.offset.shape, np.bool_)

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.truck.drives import Drives, Numbers
+from oncenter.truck.drives import Numbers, Summaries
 from oncenter.truck.priors import Priors
 
 STATE = ("offset", "accelerometer_bias", "pull", "play", "crown", "load_steer", "load_steer_bent")
@@ -75,7 +75,7 @@ def _summed(values: Numbers) -> Numbers:
     return np.cumsum(values, axis=1)[:, -1:]
 
 
-def loads_of(drives: Drives, priors: Priors) -> Loads:
+def loads_of(drives: Summaries, priors: Priors) -> Loads:
     """A drive with an inaccurate gradient gets its truck's mean, in which the prior counts as half a drive."""
     has = np.isfinite(drives.gradient)
     prior = priors.gradient_mean_rad_m_s2
@@ -94,7 +94,7 @@ def loads_of(drives: Drives, priors: Priors) -> Loads:
     return Loads(gradient, gain * own, mean, load, squared, has & (gain > _SURE_GAIN))
 
 
-def readings(drives: Drives, priors: Priors, d: int, loads: Loads) -> Iterator[Reading]:
+def readings(drives: Summaries, priors: Priors, d: int, loads: Loads) -> Iterator[Reading]:
     """Of drive `d` of each truck, independent of each other; the offset's comes last."""
     side = drives.side[:, d]
     crown = side * priors.crown_m_s2
@@ -156,7 +156,7 @@ class _Alone:
     offset_variance: Numbers
 
 
-def _without_priors(drives: Drives, priors: Priors, d: int) -> _Alone:
+def _without_priors(drives: Summaries, priors: Priors, d: int) -> _Alone:
     unloading_variance, play_variance = drives.unloading_sd[:, d] ** 2, drives.play_sd[:, d] ** 2
     per_unloading = drives.with_unloading[:, d] / unloading_variance
     per_play = drives.with_play[:, d] / play_variance
@@ -181,7 +181,7 @@ def _less_prior(variance: Numbers, prior: Numbers | float) -> Numbers:
     return np.asarray(variance / np.maximum(1.0 - variance / prior, 0.01))
 
 
-def _prior_bias(drives: Drives, priors: Priors, d: int) -> tuple[Numbers, Numbers]:
+def _prior_bias(drives: Summaries, priors: Priors, d: int) -> tuple[Numbers, Numbers]:
     """Mean and variance of the accelerometer bias from its prior, the road bank and the standstill, without evidence
     from the steering: core/monitor/joint_method.c, prior_of."""
     side = drives.side[:, d]

@@ -21,7 +21,7 @@ MIN_TIME_S = 30.0  # for a comparison of two signals
 _ABSURD = 1e9  # SI
 
 
-class Drive:
+class GridSignals:
     """Signals on the 20 Hz grid; NaN where not available, all NaN where the log lacks a signal."""
 
     def __init__(self, signals: Signals, vehicle: Vehicle | None) -> None:

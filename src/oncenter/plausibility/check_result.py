@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from oncenter.findings import Finding
-from oncenter.plausibility.drive import MIN_TIME_S, ROLLING_M_S, Drive
+from oncenter.plausibility.grid_signals import MIN_TIME_S, ROLLING_M_S, GridSignals
 
 NO_OFFSET = "The offset cannot be estimated with it"
 SIGNALS_TABLE = "the [signals] table of the vehicle file"
@@ -22,10 +22,10 @@ class CannotTell:
     why: str
 
 
-Verdict = Finding | CannotTell | None
+CheckResult = Finding | CannotTell | None
 
 
-def lacks(drive: Drive, names: tuple[str, ...], rolling: str) -> str:
+def lacks(drive: GridSignals, names: tuple[str, ...], rolling: str) -> str:
     """The first reason why a check on these signals is not judged; `rolling` where the vehicle moves."""
     missing = [words(name) for name in names if not drive.has(name)]
     if missing:

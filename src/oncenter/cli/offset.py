@@ -9,10 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from oncenter.cli.options import Dbc, FailOn, Json, Schema, Source, VehicleFile, progress_bar, sources_of
+from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import SUFFIXES
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
     import oncenter as oc
+    from oncenter.cli.places import Places
     from oncenter.estimates.estimates import Method
     from oncenter.memory import TruckMemory
 
@@ -81,17 +85,48 @@ def offset(
     import oncenter as oc
     from oncenter.cli.each import answer_each
     from oncenter.cli.fail_on import fail_on_status, statuses_of
-    from oncenter.cli.logs import read_log, read_logs
-    from oncenter.cli.overwriting import spare_inputs
+    from oncenter.cli.logs import read_log
     from oncenter.cli.places import logs_at
-    from oncenter.files.whole_file import check_place
-    from oncenter.report import check_report
 
     failing, take = statuses_of(fail_on), sources_of(source)
     if each:
         _refuse_of_one_answer(report, memory)
     places = logs_at(logs)
-    inputs = [*places.logs, vehicle_file, *(dbc or ())]
+    truck = _truck(vehicle_file, [*places.logs, vehicle_file, *(dbc or ())], report, memory, applied, limit)
+    params = {"use_accelerometer": 0.0} if no_accelerometer else None
+    if each:
+        databases = dbc or truck.databases()
+
+        def one(log: Path) -> oc.Answer:
+            return oc.offset(read_log(log, truck, databases, take), truck, method=method, params=params)
+
+        fail_on_status(answer_each(places, one, schema if json else None), failing)
+        return
+    answer, after = _of_all(places, truck, dbc or (), take, method, params, memory)
+    typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
+    if memory is not None and after is not None:
+        from oncenter.memory import write_memory
+
+        write_memory(memory, after)
+    if report is not None:
+        oc.report(answer, report)
+    fail_on_status([answer.offset.status], failing)
+
+
+def _truck(
+    vehicle_file: str,
+    inputs: Sequence[str | Path],
+    report: Path | None,
+    memory: Path | None,
+    applied: float | None,
+    limit: float | None,
+) -> oc.Vehicle:
+    """The truck, after a check that each output has a place of its own."""
+    import oncenter as oc
+    from oncenter.cli.overwriting import spare_inputs
+    from oncenter.files.whole_file import check_place
+    from oncenter.report import check_report
+
     spare_inputs({"--memory": memory}, inputs)
     spare_inputs({"--report": report}, [*inputs, memory])
     refuse_one_place(report, memory)
@@ -101,19 +136,24 @@ def offset(
         check_report(report, "--report")
     if memory is not None:
         check_place(memory)
-    params = {"use_accelerometer": 0.0} if no_accelerometer else None
-    if each:
-        databases = dbc or truck.databases()
+    return truck
 
-        def one(log: Path) -> oc.Answer:
-            drive = read_log(log, truck, databases, take)
-            return oc.offset(drive, truck, method=method, params=params)
 
-        fail_on_status(answer_each(places, one, schema if json else None), failing)
-        return
+def _of_all(
+    places: Places,
+    truck: oc.Vehicle,
+    dbc: Sequence[Path],
+    take: Mapping[str, str],
+    method: Method,
+    params: dict[str, float] | None,
+    memory: Path | None,
+) -> tuple[oc.Answer, TruckMemory | None]:
+    """The answer of all logs together, and the memory after them if it has changed."""
+    import oncenter as oc
+    from oncenter.cli.logs import read_logs
+
     before = None if memory is None else _remembered(memory, truck)
-    wanted = _wanted(method, truck, params)
-    drives, told = read_logs(places, truck, dbc or (), take, wanted)
+    drives, told = read_logs(places, truck, dbc, take, _wanted(method, truck, params))
     with progress_bar("answering", *places.logs) as progress:
         if before is None:
             answer, after = oc.offset(drives, truck, method=method, params=params, progress=progress), None
@@ -122,14 +162,7 @@ def offset(
 
             answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
     answer = replace(answer, findings=(*told, *answer.findings), notes=(*answer.notes, *places.notes))
-    typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
-    if memory is not None and after is not None and after != before:
-        from oncenter.memory import write_memory
-
-        write_memory(memory, after)
-    if report is not None:
-        oc.report(answer, report)
-    fail_on_status([answer.offset.status], failing)
+    return answer, None if after == before else after
 
 
 def _remembered(memory: Path, truck: oc.Vehicle) -> TruckMemory:
@@ -152,8 +185,6 @@ def _refuse_of_one_answer(report: Path | None, memory: Path | None) -> None:
     Raises:
         OncenterError: "usage", exit code 2.
     """
-    from oncenter.errors import WRONG_USAGE, OncenterError
-
     for option, path in (("--report", report), ("--memory", memory)):
         if path is not None:
             raise OncenterError(
@@ -169,8 +200,6 @@ def refuse_one_place(report: Path | None, memory: Path | None) -> None:
     Raises:
         OncenterError: "usage", exit code 2.
     """
-    from oncenter.errors import WRONG_USAGE, OncenterError
-
     if report is not None and memory is not None and report.resolve() == memory.resolve():
         raise OncenterError(
             f"--report and --memory both name {report}: the page would replace the memory",
@@ -185,7 +214,6 @@ def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:
     Raises:
         OncenterError: "usage", exit code 2: beyond two turns, or not a number.
     """
-    from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.vehicle_keys import APPLIED_MAX_DEG
 
     if applied_deg is None:
@@ -205,7 +233,6 @@ def with_limit(truck: oc.Vehicle, limit_deg: float | None) -> oc.Vehicle:
     Raises:
         OncenterError: "usage", exit code 2: out of the range of the vehicle file's `offset_limit_deg`.
     """
-    from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.vehicle_keys import OFFSET_LIMIT_MAX_DEG, OFFSET_LIMIT_MIN_DEG
 
     if limit_deg is None:

@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -78,8 +79,8 @@ def findings(
 ) -> dict[str, Finding]:
     """The joint method's findings by code."""
     native, params = core_says(**others), PARAMS | {"use_accelerometer": int(accelerometer)}
-    truck = {"steering_ratio": 19.3, "wheelbase_m": 3.7}
-    of_method = joint_findings(native, params, changes, **truck, traffic_sign=traffic_sign)
+    truck: Any = SimpleNamespace(ratio_near_centre=19.3, wheelbase_m=3.7, traffic_sign=traffic_sign)
+    of_method = joint_findings(native, params, changes, truck)
     about = {"method": "joint", "yaw_rate_from_vdc2": False, "measures_banks": accelerometer, "of_method": of_method}
     found = findings_of(native, params, False, **about)
     return {finding.code: finding for finding in found}

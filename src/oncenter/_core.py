@@ -109,6 +109,10 @@ def interval_95(value: Any, sd: Any, lean: Any) -> tuple[Any, Any]:
     return middle - half_width, middle + half_width
 
 
+def status_of(estimate: OcEstimate) -> str:
+    return STATUSES[estimate["status"]]
+
+
 def ci95(estimate: OcEstimate) -> tuple[float, float]:
     """The 95 % interval of an oc_estimate."""
     low, high = interval_95(estimate["value"], estimate["standard_deviation"], estimate["lean"])

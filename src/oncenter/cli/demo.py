@@ -10,6 +10,8 @@ from typing import Annotated
 
 import typer
 
+from oncenter.errors import WRONG_USAGE, OncenterError
+
 _SCENARIO = "thesis_drive"
 _TRUCK = "scania_r730_4x2"
 
@@ -25,7 +27,6 @@ def demo(
     """
     import oncenter as oc
     from oncenter.cli.offset import as_table
-    from oncenter.errors import WRONG_USAGE
     from oncenter.files.extra import is_installed, missing_extra
     from oncenter.signals import DEGREE
     from oncenter.simulate import simulate_to_log
@@ -73,7 +74,6 @@ def _refuse_other_files(log: Path, page: Path) -> None:
     Raises:
         OncenterError: "output", exit code 2.
     """
-    from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.simulate import truth_files
 
     table, truth = truth_files(log)

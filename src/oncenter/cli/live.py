@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from oncenter.cli.options import Dbc, Json, Schema, Source, VehicleFile, sources_of
+from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import OF_FRAMES
 
 if TYPE_CHECKING:
@@ -125,8 +126,6 @@ def live(
 def _check(
     channel: str | None, bitrate: int | None, replay: Path | None, speed: float | None, record: Path | None
 ) -> None:
-    from oncenter.errors import WRONG_USAGE, OncenterError
-
     said = ""
     if (channel is None) == (replay is None):
         said = "name either a CHANNEL or --replay LOG"
@@ -181,8 +180,6 @@ def _answer(session: Session, stream: Stream, signals: tuple[str, ...]) -> Answe
     Raises:
         OncenterError: "no_usable_second", or the reason why the session ended.
     """
-    from oncenter.errors import OncenterError
-
     if session.failure is not None:
         raise session.failure
     answer = session.snapshot.known.answer
@@ -218,8 +215,6 @@ def _interface(named: str | None) -> str:
         OncenterError: "usage", exit code 2: SocketCAN, on a system that lacks it.
     """
     if sys.platform != "linux" and named in (None, "socketcan"):
-        from oncenter.errors import WRONG_USAGE, OncenterError
-
         raise OncenterError(
             "only Linux has SocketCAN: name the interface of your CAN adapter with --interface: pcan, vector, kvaser, "
             "ixxat, slcan, gs_usb or another one of python-can",

@@ -11,6 +11,7 @@ import typer
 from oncenter.cli.logs import read_log
 from oncenter.cli.options import Dbc, Json, Source, VehicleFileIfAny, sources_of
 from oncenter.files.log_formats import SUFFIXES
+from oncenter.signals import SIGNALS
 
 if TYPE_CHECKING:
     import oncenter as oc
@@ -54,8 +55,6 @@ _FILE_UNITS = {
 
 def _rows(drive: oc.Signals) -> Iterator[tuple[str, dict[str, Any]]]:
     """By signal: its source, and its range in the units of files."""
-    from oncenter.signals import SIGNALS
-
     for name, source in drive.sources.items():
         signal = SIGNALS[name]
         file_unit, words, _ = _FILE_UNITS[signal.quantity.unit]
@@ -157,8 +156,6 @@ def _percent(part: int, whole: int) -> str:
 
 
 def _range(name: str, row: dict[str, Any]) -> str:
-    from oncenter.signals import SIGNALS
-
     if row["min"] is None:
         return "-"
     _, words, decimals = _FILE_UNITS[SIGNALS[name].quantity.unit]

@@ -125,8 +125,7 @@ class Answer(Estimates):
                 else self.variance_if_independent_rad2 / DEGREE**2,
                 **({} if schema == "offset-1" else self._parts()),
             },
-            **({} if schema == "offset-1" else self._correction()),
-            **({} if schema == "offset-1" else self._verdicts()),
+            **({} if schema == "offset-1" else self._decision()),
             "understeer_gradient": self.understeer_gradient.to_dict(),
             "backlash": self.backlash.to_dict(),
             "unloading_acceleration": self.unloading_acceleration.to_dict(),
@@ -154,12 +153,12 @@ class Answer(Estimates):
             "not_identifiable": [cause.to_dict() for cause in self.not_identifiable],
         }
 
-    def _correction(self) -> dict[str, Any]:
-        return {"correction": NO_CORRECTION if self.correction is None else self.correction.to_dict()}
-
-    def _verdicts(self) -> dict[str, Any]:
-        verdicts = [verdict.to_dict() for verdict in verdicts_of(self)]
-        return {"limit_deg": self.vehicle.offset_limit_deg, "verdicts": verdicts}
+    def _decision(self) -> dict[str, Any]:
+        return {
+            "correction": NO_CORRECTION if self.correction is None else self.correction.to_dict(),
+            "limit_deg": self.vehicle.offset_limit_deg,
+            "verdicts": [verdict.to_dict() for verdict in verdicts_of(self)],
+        }
 
     def to_json(self, schema: Schema = DEFAULT_SCHEMA) -> str:
         return json.dumps(self.to_dict(schema), ensure_ascii=False, allow_nan=False, indent=2)

@@ -90,7 +90,7 @@ def answer_of(
         findings=_findings(native, changes, drives, vehicle, method, params),
         drives=drives,
         summary=summary_of(native, vehicle, params) if method == "joint" and native["used"] > 0.0 else None,
-        next_driving=_next_driving(native, vehicle, method, params),
+        next_driving=next_driving(native, params, vehicle) if method == "joint" else (),
     )
 
 
@@ -113,16 +113,8 @@ def _findings(
         ),
         angle_ends=_angle_ends(drives) if _core.FAULTS[native["fault"]] == "lost" else None,
         measures_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or has_acceleration),
-        of_method=_joint_findings(native, params, changes, vehicle) if method == "joint" else (),
+        of_method=joint_findings(native, params, changes, vehicle) if method == "joint" else (),
     )
-
-
-def _next_driving(
-    native: _core.OcAnswer, vehicle: Vehicle, method: Method, params: Mapping[str, float]
-) -> tuple[str, ...]:
-    if method != "joint":
-        return ()
-    return next_driving(native, params, steering_ratio=vehicle.ratio_near_centre, traffic_sign=vehicle.traffic_sign)
 
 
 def _angle_ends(drives: Iterable[Signals]) -> str | None:
@@ -137,19 +129,6 @@ def _angle_ends(drives: Iterable[Signals]) -> str | None:
         if len(available):
             found = f"{(time[available[-1]] - time[0]) / 60.0:.1f} min into {Path(drive.log).name}"
     return found
-
-
-def _joint_findings(
-    native: _core.OcAnswer, params: Mapping[str, float], changes: tuple[Change, ...], vehicle: Vehicle
-) -> Iterable[Finding | None]:
-    return joint_findings(
-        native,
-        params,
-        changes,
-        steering_ratio=vehicle.ratio_near_centre,
-        wheelbase_m=vehicle.wheelbase_m,
-        traffic_sign=vehicle.traffic_sign,
-    )
 
 
 def notes_of(drives: Iterable[Signals]) -> tuple[str, ...]:
@@ -170,14 +149,14 @@ def _choices(drive: Signals) -> list[str]:
 
 
 def _estimate(native: _core.OcEstimate, unit: str) -> Estimate:
-    status = _core.STATUSES[native["status"]]
+    status = _core.status_of(native)
     if status == "unobservable":
         return Estimate(None, None, status, unit, native["evidence"])
     return Estimate(native["value"], _core.ci95(native), status, unit, native["evidence"])
 
 
 def _ci95_drive(native: _core.OcAnswer) -> tuple[float, float] | None:
-    if _core.STATUSES[native["offset"]["status"]] == "unobservable":
+    if _core.status_of(native["offset"]) == "unobservable":
         return None
     value, half_width = native["offset"]["value"], 1.96 * native["offset_parts"]["drive_sd"]
     return value - half_width, value + half_width
@@ -187,7 +166,7 @@ def _not_identifiable(
     native: _core.OcAnswer, vehicle: Vehicle, method: Method, params: Mapping[str, float]
 ) -> tuple[Cause, ...]:
     """Empty for the other methods, whose interval does not separate them, and for an unobservable offset."""
-    if method != "joint" or _core.STATUSES[native["offset"]["status"]] == "unobservable":
+    if method != "joint" or _core.status_of(native["offset"]) == "unobservable":
         return ()
     return causes_of(native["offset_parts"], params, vehicle.traffic_sign)
 

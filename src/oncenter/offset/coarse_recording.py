@@ -98,7 +98,7 @@ def _wider(estimate: _core.OcEstimate, more_sd: float, judged_sd: float, half_wi
     """With `more_sd` added in squares; no longer valid where `judged_sd` exceeds the limit."""
     wider = estimate.copy()
     wider["standard_deviation"] = math.hypot(wider["standard_deviation"], more_sd)
-    if _core.STATUSES[wider["status"]] == "valid" and 1.96 * judged_sd > half_width_max:
+    if _core.status_of(wider) == "valid" and 1.96 * judged_sd > half_width_max:
         wider["status"] = _core.STATUSES.index("converging")
     return wider
 
@@ -113,11 +113,11 @@ def coarse_recording_findings(native: _core.OcAnswer, coarse: Coarseness, method
 @finding("recorded_slowly", "warning", "Hz")
 def _of_rate(found: Kind, rate_hz: float) -> Finding:
     """The angle was recorded below 20 Hz, and resampled."""
-    text = (
+    return found(
         f"recorded at {rate_hz:.3g} Hz, which is too slow to identify the sensor noise. The interval of the "
-        f"offset is therefore {1.0 + _SCATTER_HZ / rate_hz:.2g} times as wide. Record at 100 Hz"
+        f"offset is therefore {1.0 + _SCATTER_HZ / rate_hz:.2g} times as wide. Record at 100 Hz",
+        rate_hz,
     )
-    return found(text, rate_hz)
 
 
 @finding("yaw_rate_coarse", "warning", "deg/s")

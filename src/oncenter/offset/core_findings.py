@@ -81,14 +81,10 @@ def findings_of(
     return tuple(filter(None, (*of_all, *of_limits)))
 
 
-def status_of(estimate: _core.OcEstimate) -> str:
-    return _core.STATUSES[int(estimate["status"])]
-
-
 @finding("steering_wheel_angle_sensor_at_fault", "error")
 def _sensor_fault(found: Kind, native: _core.OcAnswer, angle_ends: str | None) -> Finding | None:
     """The sensor check found a fault: the offset is invalid."""
-    if status_of(native["offset"]) != "invalid":
+    if _core.status_of(native["offset"]) != "invalid":
         return None
     fault = _core.FAULTS[int(native["fault"])]
     since = f" since {angle_ends}" if angle_ends is not None else " any more"
@@ -98,8 +94,7 @@ def _sensor_fault(found: Kind, native: _core.OcAnswer, angle_ends: str | None) -
         if fault == "wrong_sign"
         else "the sensor, its mounting and its wiring"
     )
-    text = f"{what}. The offset was estimated before this fault and is not valid now. Check {check}"
-    return found(text)
+    return found(f"{what}. The offset was estimated before this fault and is not valid now. Check {check}")
 
 
 @finding("signals_not_available", "warning", "s")
@@ -117,8 +112,7 @@ def _missing(found: Kind, native: _core.OcAnswer) -> Finding | None:
 
 
 def _rejected(native: _core.OcAnswer, reason: str) -> float:
-    seconds: float = dict(zip(_core.REASONS, native["rejected"], strict=True))[reason]
-    return seconds
+    return dict(zip(_core.REASONS, native["rejected"], strict=True))[reason]
 
 
 @finding("gate_shut", "warning", "m/s^2")
@@ -176,7 +170,7 @@ def _offset(found: Kind, native: _core.OcAnswer) -> Finding | None:
     """Valid, and its whole interval beyond a healthy sensor's."""
     value = native["offset"]["value"] / DEGREE
     half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
-    if status_of(native["offset"]) != "valid" or abs(value) - half_width < _OFFSET_REPORTED_FROM_DEG:
+    if _core.status_of(native["offset"]) != "valid" or abs(value) - half_width < _OFFSET_REPORTED_FROM_DEG:
         return None
     return found(
         f"the steering wheel angle sensor reads {value:+.1f} deg (to the {'left' if value > 0 else 'right'}) when the "
@@ -190,7 +184,7 @@ def _offset(found: Kind, native: _core.OcAnswer) -> Finding | None:
 def _yaw_rate_bias(native: _core.OcAnswer, method: str, from_vdc2: bool) -> Finding | None:
     """With the effect of the bias on the offset."""
     bias, rolled_s = native["yaw_rate_bias"], native["yaw_rate_bias_wheel_time"]
-    if status_of(bias) not in ("valid", "converging"):
+    if _core.status_of(bias) not in ("valid", "converging"):
         return None
     measured = (
         yaw_rate_beside_wheels(bias["value"], rolled_s, from_vdc2=from_vdc2)
@@ -224,7 +218,7 @@ def _yaw_rate_bias_moves(found: Kind, native: _core.OcAnswer, method: str, measu
     moving_s = native["yaw_rate_bias_alarm_time"]
     if moving_s == 0:
         return None
-    identified_again = status_of(native["yaw_rate_bias"]) != "invalid"
+    identified_again = _core.status_of(native["yaw_rate_bias"]) != "invalid"
     passing = method == "joint" and identified_again and (not measures_banks or moving_s <= _ALARM_PASSING_S)
     moved = " or a tyre radius" if measures_banks else ", a tyre radius or the road bank (not measured)"
     unused = ". The offset does not use this time" if method == "joint" else ". This method does not allow for it"
@@ -241,7 +235,7 @@ def _yaw_rate_bias_moves(found: Kind, native: _core.OcAnswer, method: str, measu
 def _standing_acceleration(native: _core.OcAnswer, method: str, is_used: bool) -> Finding | None:
     """`is_used`: the method uses the accelerometer."""
     reading = native["standstill_lateral_acceleration"]
-    if status_of(reading) != "valid":
+    if _core.status_of(reading) != "valid":
         return None
     if not is_used or method == "wheel-speed":
         effect = "The offset is not affected: it is estimated without the accelerometer"
@@ -271,7 +265,7 @@ def _evidence(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) 
 def _understeer(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) -> Finding | None:
     """The gradient is unobservable: taken as zero."""
     gradient = native["understeer_gradient"]
-    if native["used"] == 0 or status_of(gradient) != "unobservable":
+    if native["used"] == 0 or _core.status_of(gradient) != "unobservable":
         return None
     lacking = max(params["understeer_evidence_min_s"] - gradient["evidence"], 0.0)
     bends = (
@@ -283,11 +277,11 @@ def _understeer(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]
         if lacking > 0
         else f"Drive {bends} to both sides equally; an accelerometer bias makes them look one-sided"
     )
-    text = (
+    return found(
         "the understeer gradient is not identified and is taken as zero. The interval of the offset allows for this. "
-        f"{action}"
+        f"{action}",
+        lacking,
     )
-    return found(text, lacking)
 
 
 @finding("understeer_gradient_unknown", "info")
@@ -323,7 +317,7 @@ def _play(found: Kind, native: _core.OcAnswer, params: Mapping[str, float], meth
 
 def _gyro_not_measured(native: _core.OcAnswer, params: Mapping[str, float], method: str) -> str:
     """The share of the yaw rate bias in the interval where neither standstill nor wheel speeds identify it."""
-    if method == "wheel-speed" or status_of(native["yaw_rate_bias"]) != "unobservable":
+    if method == "wheel-speed" or _core.status_of(native["yaw_rate_bias"]) != "unobservable":
         return ""
     half_width = 1.96 * native["offset_per_yaw_rate_bias"] * params["yaw_rate_bias_sd_rad_s"] / DEGREE
     return f" (±{half_width:.1f} deg by the gyro bias, which was not measured: stand still for 1 s)"

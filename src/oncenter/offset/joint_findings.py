@@ -7,14 +7,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 from oncenter import _core
 from oncenter.estimates.cause import Name, causes_of
 from oncenter.estimates.changes import Change
 from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, bends_demand, demand, finding
-from oncenter.offset.core_findings import km_h, status_of
+from oncenter.offset.core_findings import km_h
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.vehicle import Vehicle
 
 # Smallest values that are reported; tuned.
 _NEUTRAL_REPORTED_FROM_M_S2 = 0.1  # half a usual crown
@@ -28,8 +30,6 @@ _MORE_DRIVING_S = 60.0
 _MODEL_ERROR_RAD = 0.04 * DEGREE  # core/joint_answer.c, offset_error
 _WIDTH_ERROR_RAD = 0.2 * DEGREE  # core/joint_answer.c, width_error: of the play alone
 _STANDING_GYRO_SD_RAD_S = 3.5e-4  # core/standstill.c, yaw_rate_floor
-_STAND_STILL = "stand still for 1 s"
-_GYRO, _PLAY, _SCATTER, _MODEL = "gyro bias", "free play", "measurement scatter", "limits of the model"
 _CAUSES: Mapping[Name, str] = {
     "pull": "a pull by the wheel alignment",
     "mean_wind": "a mean crosswind",
@@ -40,13 +40,7 @@ _LOADED_FROM_S = 0.5  # less is printed as "to the left only"
 
 
 def joint_findings(
-    native: _core.OcAnswer,
-    params: Mapping[str, float],
-    changes: Sequence[Change],
-    *,
-    steering_ratio: float,
-    wheelbase_m: float,
-    traffic_sign: float,
+    native: _core.OcAnswer, params: Mapping[str, float], changes: Sequence[Change], vehicle: Vehicle
 ) -> Iterator[Finding | None]:
     """All of one answer of the core; None where there is nothing to report.
 
@@ -54,35 +48,32 @@ def joint_findings(
         native: the core's oc_answer as a dict, SI and rad.
         params: in force.
         changes: found in the drive.
-        steering_ratio: near the centre.
-        wheelbase_m: of the vehicle file, (10) applied.
-        traffic_sign: 1 where traffic keeps right, -1 left, 0 not configured.
+        vehicle: of the core.
     """
     params = _with_configured_sds(params)
+    steering_ratio, traffic_sign = vehicle.ratio_near_centre, vehicle.traffic_sign
     yield from map(_change, changes)
     yield _play(native)
     other_side = _crown(native, params, traffic_sign)
     yield _unloading(native, params, steering_ratio, 0.0 if other_side else traffic_sign)
     yield other_side
     yield _accelerometer_moves(native, params)
-    yield _wheelbase(native, steering_ratio, wheelbase_m)
+    yield _wheelbase(native, steering_ratio, vehicle.wheelbase_m)
     yield _evidence(native, params)
     yield _missing_loading(native, params)
     yield _no_understeer(native, params)
     yield _interval(native, params, steering_ratio, traffic_sign)
 
 
-def next_driving(
-    native: _core.OcAnswer, params: Mapping[str, float], *, steering_ratio: float, traffic_sign: float
-) -> tuple[str, ...]:
+def next_driving(native: _core.OcAnswer, params: Mapping[str, float], vehicle: Vehicle) -> tuple[str, ...]:
     """The driving that narrows this drive's part of the offset's interval, the most useful first; as for
     `joint_findings`."""
-    if status_of(native["offset"]) == "unobservable":
+    if _core.status_of(native["offset"]) == "unobservable":
         return ()
     params = _with_configured_sds(params)
     drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
-    parts = _parts(native, params, steering_ratio)
-    return tuple(words for _, words in sorted(_gains(native, params, drive, parts, traffic_sign)))
+    parts = _parts_of(native, params, vehicle.ratio_near_centre)
+    return tuple(words for _, words in sorted(_gains(native, params, drive, parts, vehicle.traffic_sign)))
 
 
 def _with_configured_sds(params: Mapping[str, float]) -> Mapping[str, float]:
@@ -112,43 +103,43 @@ def _when(change: Change) -> str:
 @finding("bends_changed", "info", "s")
 def _bends_changed(found: Kind, change: Change) -> Finding:
     """A change that was not one of the offset."""
-    text = (
+    return found(
         f"{_when(change)} the steering wheel angle in bends changed, as with another payload or a lifted axle. The "
-        "offset is not affected; the understeer gradient is estimated again from there on"
+        "offset is not affected; the understeer gradient is estimated again from there on",
+        change.into_log_s,
     )
-    return found(text, change.into_log_s)
 
 
 @finding("offset_corrected_by_sender", "warning", "deg")
 def _corrected_by_sender(found: Kind, change: Change, course: str, size: float) -> Finding:
     """The offset changed from large to nearly zero."""
-    text = (
+    return found(
         f"{_when(change)} the offset began to change {course}. The sender corrects its angle itself, or the sensor was "
-        f"calibrated. {_OFFSET_USED}. Do not correct it a second time"
+        f"calibrated. {_OFFSET_USED}. Do not correct it a second time",
+        size,
     )
-    return found(text, size)
 
 
 @finding("straight_ahead_moved", "info", "deg")
 def _moved(found: Kind, change: Change, course: str, size: float) -> Finding:
     """A change smaller than that of a remounted sensor."""
-    text = (
+    return found(
         f"{_when(change)} the straight-ahead offset changed {course}. Another payload or ride height, or a lasting "
         f"crosswind, can cause this. {_OFFSET_USED}. If the next drive shows the same, check whether the sensor is "
-        "loose or was replaced"
+        "loose or was replaced",
+        size,
     )
-    return found(text, size)
 
 
 @finding("offset_changed", "warning", "deg")
 def _offset_changed(found: Kind, change: Change, course: str, size: float) -> Finding:
     """The offset changed otherwise, by more than its interval."""
-    text = (
+    return found(
         f"{_when(change)} the offset changed {course}. The sensor or the steering wheel was remounted, or the wheels "
         f"were aligned. {_OFFSET_USED}. If nobody worked on the truck, check the sensor, its mounting and the wheel "
-        "alignment"
+        "alignment",
+        size,
     )
-    return found(text, size)
 
 
 @finding("steering_play", "warning", "deg")
@@ -156,7 +147,7 @@ def _play(found: Kind, native: _core.OcAnswer) -> Finding | None:
     """Valid, and beyond the maintenance standard."""
     play = native["backlash"]
     value = play["value"] / DEGREE
-    if status_of(play) != "valid" or value < PLAY_STANDARD_DEG:
+    if _core.status_of(play) != "valid" or value < PLAY_STANDARD_DEG:
         return None
     half_width = 1.96 * play["standard_deviation"] / DEGREE
     limit = f"the maintenance limit of {PLAY_STANDARD_DEG:g} deg"
@@ -178,7 +169,7 @@ def _unloading(
     a_0, half_width = neutral["value"], 1.96 * neutral["standard_deviation"]
     if (
         not params["use_accelerometer"]
-        or status_of(neutral) != "valid"
+        or _core.status_of(neutral) != "valid"
         or abs(a_0) - half_width < _NEUTRAL_REPORTED_FROM_M_S2
     ):
         return None
@@ -213,8 +204,8 @@ def _crown(found: Kind, native: _core.OcAnswer, params: Mapping[str, float], tra
     less the neutral lateral acceleration, so that the accelerometer's zero cancels."""
     neutral = native["unloading_acceleration"]
     uses_crown = params["use_accelerometer"] and traffic_sign * params["crown_m_s2"] != 0.0
-    has_bank = status_of(native["yaw_rate_bias"]) == "valid"  # a bias would be in a_y - r*v
-    if not uses_crown or not has_bank or status_of(neutral) != "valid":
+    has_bank = _core.status_of(native["yaw_rate_bias"]) == "valid"  # a bias would be in a_y - r*v
+    if not uses_crown or not has_bank or _core.status_of(neutral) != "valid":
         return None
     fell = native["bank_mean"] - neutral["value"]
     doubt = 1.96 * math.hypot(neutral["standard_deviation"], params["pull_sd_m_s2"], params["wind_sd_m_s2"])
@@ -242,16 +233,18 @@ def _accelerometer_moves(found: Kind, native: _core.OcAnswer, params: Mapping[st
     if not params["use_accelerometer"] or not (native["accelerometer_runs_away"] or _wanders(native)):
         return None
     if native["accelerometer_runs_away"]:
-        text = (
+        return found(
             f"the zero of the accelerometer moved by about {moved:.1f} m/s^2, more than road bank can explain. The "
-            "offset is not accurate enough with it. Check the accelerometer, or estimate without it: --no-accelerometer"
+            "offset is not accurate enough with it. Check the accelerometer, or estimate without it: "
+            "--no-accelerometer",
+            moved,
         )
-        return found(text, moved)
-    text = (
+    return found(
         f"the zero of the accelerometer seems to drift: one-minute means differ by {moved:.1f} m/s^2. A sensor that "
-        "warms up or a changing wind causes this. The interval of the offset allows for it"
+        "warms up or a changing wind causes this. The interval of the offset allows for it",
+        moved,
+        severity="info",
     )
-    return found(text, moved, severity="info")
 
 
 @finding("wheelbase_or_ratio", "info", "m")
@@ -260,7 +253,7 @@ def _wheelbase(found: Kind, native: _core.OcAnswer, steering_ratio: float, wheel
     fitted = native["equivalent_wheelbase"]
     share = fitted["value"] / wheelbase_m - 1.0
     doubt = 1.96 * fitted["standard_deviation"] / wheelbase_m
-    if status_of(fitted) != "valid" or abs(share) - doubt < _WHEELBASE_REPORTED_FROM:
+    if _core.status_of(fitted) != "valid" or abs(share) - doubt < _WHEELBASE_REPORTED_FROM:
         return None
     return found(
         fit_words(share, wheelbase_m, steering_ratio),
@@ -338,11 +331,11 @@ def _interval(
     found: Kind, native: _core.OcAnswer, params: Mapping[str, float], steering_ratio: float, traffic_sign: float
 ) -> Finding | None:
     """Both parts of the offset's uncertainty with their contributions, the largest first, and ways to reduce it."""
-    if status_of(native["offset"]) == "unobservable":
+    if _core.status_of(native["offset"]) == "unobservable":
         return None
     whole = 1.96 * native["offset"]["standard_deviation"] / DEGREE
     drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
-    parts = _parts(native, params, steering_ratio)
+    parts = _parts_of(native, params, steering_ratio)
     gains = list(_gains(native, params, drive, parts, traffic_sign))
     text = f"uncertainty ±{_deg(whole)} deg: ±{_deg(drive)} deg from this drive"
     text += f" ({_contributions(native, params, drive, parts)})"
@@ -358,18 +351,23 @@ def _interval(
     return found(text, whole)
 
 
-def _contributions(
-    native: _core.OcAnswer,
-    params: Mapping[str, float],
-    drive: float,
-    parts: Mapping[str, float],
-) -> str:
+def _contributions(native: _core.OcAnswer, params: Mapping[str, float], drive: float, parts: _Parts) -> str:
     """To the drive's part, the largest first; a gyro bias that was not measured is named in any case."""
-    names_gyro = status_of(native["yaw_rate_bias"]) == "unobservable"
+    never_stood, zero = _core.status_of(native["yaw_rate_bias"]) == "unobservable", _zero(params)
+    both = math.hypot(parts.gyro, parts.zero)
+    apart = [(parts.gyro, "gyro bias", "", never_stood), (parts.zero, zero, "", False)]
+    # Where the gyro bias was not measured: both shift a_y - r*v, and `_parts_of` splits them arbitrarily.
+    together = [(both, f"gyro bias and {zero} (not separated)", "", never_stood)]
+    sizes = [
+        *(together if _gyro_hides_zero(native, params) and parts.zero >= _PART_REPORTED_FROM * both else apart),
+        (parts.model, "limits of the model", "", False),
+        (parts.play, "free play", _reason_of_play(native), False),
+        (parts.scatter, "measurement scatter", "", False),
+    ]
     named = [
-        (part, f"{words} ±{_deg(part)}{_reason_of_play(native) if words == _PLAY else ''}")
-        for words, part in _not_separated(native, params, parts).items()
-        if part > _PART_REPORTED_FROM * drive or (names_gyro and words.startswith(_GYRO))
+        (size, f"{words} ±{_deg(size)}{reason}")
+        for size, words, reason, always in sizes
+        if size > _PART_REPORTED_FROM * drive or always
     ]
     return ", ".join(words for _, words in sorted(named, reverse=True))
 
@@ -378,46 +376,42 @@ def _deg(half_width_deg: float) -> str:
     return f"{half_width_deg:.{1 if half_width_deg >= 0.095 else 2}f}"
 
 
-def _parts(native: _core.OcAnswer, params: Mapping[str, float], steering_ratio: float) -> dict[str, float]:
+class _Parts(NamedTuple):
     """Contributions to the drive's part as 95 % half-widths in deg; their squares sum to its square."""
+
+    gyro: float
+    zero: float  # of the accelerometer, or of what takes its place
+    model: float
+    play: float
+    scatter: float
+
+
+def _parts_of(native: _core.OcAnswer, params: Mapping[str, float], steering_ratio: float) -> _Parts:
+    """Each in turn takes at most what is left of the whole; the scatter also takes the rest."""
     gyro = native["yaw_rate_bias"]
     slope = steering_ratio * abs(native["understeer_gradient"]["value"])
     of_play = max(native["backlash"]["standard_deviation"] ** 2 - _WIDTH_ERROR_RAD**2, 0.0)
-    spreads = {
-        _GYRO: native["offset_per_yaw_rate_bias"] * gyro["standard_deviation"],
-        _zero(params): slope * native["unloading_acceleration"]["standard_deviation"],
-        _MODEL: _MODEL_ERROR_RAD,
-        _PLAY: 0.5 * math.sqrt(of_play),  # with loading to one side only, half of the play is in the offset
-    }
-    if status_of(gyro) == "unobservable":  # only its prior limits it: it gets all that scatter does not explain
-        spreads |= {_SCATTER: native["unexplained"] / math.sqrt(max(native["used"], 1.0)), _GYRO: math.inf}
-        spreads[_GYRO] = spreads.pop(_GYRO)  # after the scatter
+    in_turn = [
+        ("gyro", native["offset_per_yaw_rate_bias"] * gyro["standard_deviation"]),
+        ("zero", slope * native["unloading_acceleration"]["standard_deviation"]),
+        ("model", _MODEL_ERROR_RAD),
+        ("play", 0.5 * math.sqrt(of_play)),  # with loading to one side only, half of the play is in the offset
+    ]
+    if _core.status_of(gyro) == "unobservable":  # only its prior limits it: it gets all that scatter does not explain
+        scatter = native["unexplained"] / math.sqrt(max(native["used"], 1.0))
+        in_turn = [*in_turn[1:], ("scatter", scatter), ("gyro", math.inf)]
     left = native["offset_parts"]["drive_sd"] ** 2
-    parts = {}
-    for words, spread in spreads.items():
+    parts = {"scatter": 0.0}
+    for name, spread in in_turn:
         part = min(spread**2, left)
         left -= part
-        parts[words] = 1.96 * math.sqrt(part) / DEGREE
-    rest = 1.96 * math.sqrt(left) / DEGREE
-    return parts | {_SCATTER: math.hypot(parts.get(_SCATTER, 0.0), rest)}
-
-
-def _not_separated(
-    native: _core.OcAnswer, params: Mapping[str, float], parts: Mapping[str, float]
-) -> Mapping[str, float]:
-    """Gyro bias and accelerometer zero as one contribution where neither standstill nor wheel speeds measured the gyro
-    bias: both shift a_y - r*v, and `_parts` splits them arbitrarily."""
-    zero = _zero(params)
-    both = math.hypot(parts[_GYRO], parts[zero])
-    if not _gyro_hides_zero(native, params) or parts[zero] < _PART_REPORTED_FROM * both:
-        return parts
-    return {words: part for words, part in parts.items() if words not in (_GYRO, zero)} | {
-        f"{_GYRO} and {zero} (not separated)": both
-    }
+        parts[name] = 1.96 * math.sqrt(part) / DEGREE
+    parts["scatter"] = math.hypot(parts["scatter"], 1.96 * math.sqrt(left) / DEGREE)
+    return _Parts(**parts)
 
 
 def _gyro_hides_zero(native: _core.OcAnswer, params: Mapping[str, float]) -> bool:
-    return bool(params["use_accelerometer"]) and status_of(native["yaw_rate_bias"]) == "unobservable"
+    return bool(params["use_accelerometer"]) and _core.status_of(native["yaw_rate_bias"]) == "unobservable"
 
 
 def _zero(params: Mapping[str, float]) -> str:
@@ -445,7 +439,7 @@ def _gains(
     native: _core.OcAnswer,
     params: Mapping[str, float],
     drive: float,
-    parts: Mapping[str, float],
+    parts: _Parts,
     traffic_sign: float,
 ) -> Iterator[tuple[float, str]]:
     """Ways to reduce the drive's part by a tenth or more, each with the half-width in deg that remains. Standing still
@@ -455,35 +449,37 @@ def _gains(
         return math.sqrt(max(drive**2 - less, 0.0))
 
     more_s = native["used"] + _MORE_DRIVING_S
-    would = {
-        _STAND_STILL: left(_by_standing(native, params, parts, traffic_sign)),
-        f"{_more_loading(native)}, or give the play in the vehicle file": left(parts[_PLAY] ** 2),
-        f"drive {demand(_MORE_DRIVING_S)} more like this": left(parts[_SCATTER] ** 2 * _MORE_DRIVING_S / more_s),
-    }
-    never_stood = status_of(native["yaw_rate_bias"]) == "unobservable"
-    for words, would_be in would.items():
-        if drive - would_be >= _GAIN_REPORTED_FROM * drive or (words == _STAND_STILL and never_stood):
+    never_stood = _core.status_of(native["yaw_rate_bias"]) == "unobservable"
+    ways = (
+        (left(_by_standing(native, params, parts, traffic_sign)), "stand still for 1 s", never_stood),
+        (left(parts.play**2), f"{_more_loading(native)}, or give the play in the vehicle file", False),
+        (
+            left(parts.scatter**2 * _MORE_DRIVING_S / more_s),
+            f"drive {demand(_MORE_DRIVING_S)} more like this",
+            False,
+        ),
+    )
+    for would_be, words, always in ways:
+        if drive - would_be >= _GAIN_REPORTED_FROM * drive or always:
             yield would_be, words
 
 
-def _by_standing(
-    native: _core.OcAnswer, params: Mapping[str, float], parts: Mapping[str, float], traffic_sign: float
-) -> float:
+def _by_standing(native: _core.OcAnswer, params: Mapping[str, float], parts: _Parts, traffic_sign: float) -> float:
     """Square of the half-width in deg that a second of standing removes: the gyro bias, except for its scatter at
     standstill, together with the accelerometer zero where the two were not separated. Otherwise also the accelerometer
     zero, except for the slope of the ground, where the truck has not stood still so far."""
     gyro = native["yaw_rate_bias"]
-    gyro_sd = math.inf if status_of(gyro) == "unobservable" else gyro["standard_deviation"]
+    gyro_sd = math.inf if _core.status_of(gyro) == "unobservable" else gyro["standard_deviation"]
     standing_sd = math.hypot(_STANDING_GYRO_SD_RAD_S, native.get("yaw_rate_step_sd", 0.0))
     of_gyro: float = 1.96 * native["offset_per_yaw_rate_bias"] * min(gyro_sd, standing_sd) / DEGREE
-    of_both = parts[_GYRO] ** 2 + (parts[_zero(params)] ** 2 if _gyro_hides_zero(native, params) else 0.0)
+    of_both = parts.gyro**2 + (parts.zero**2 if _gyro_hides_zero(native, params) else 0.0)
     gained: float = max(of_both - of_gyro**2, 0.0)
     if _gyro_hides_zero(native, params):
         return gained
     zero_sd: float = native["unloading_acceleration"]["standard_deviation"]
-    has_stood = status_of(native["standstill_lateral_acceleration"]) == "valid"
+    has_stood = _core.status_of(native["standstill_lateral_acceleration"]) == "valid"
     if not params["use_accelerometer"] or has_stood or zero_sd <= 0.0:
         return gained
     crown_sd = math.hypot(params["crown_sd_m_s2"], params["crown_m_s2"] if traffic_sign == 0.0 else 0.0)
     ground_sd = math.hypot(params["standing_slope_sd_m_s2"], params["standing_crown_share_1"] * crown_sd)
-    return gained + parts[_zero(params)] ** 2 * zero_sd**2 / (zero_sd**2 + ground_sd**2)
+    return gained + parts.zero**2 * zero_sd**2 / (zero_sd**2 + ground_sd**2)

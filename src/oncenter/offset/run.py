@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -39,9 +38,6 @@ from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
 from oncenter.vehicle import Vehicle, check_vehicle, core_of, core_params
-
-if TYPE_CHECKING:
-    from oncenter.offset.several_logs import Together
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): wrong signs and scales are outside
@@ -100,7 +96,9 @@ def _of_all(
     answer, native = _answered(drives, vehicle, params, method, progress)
     if method != "joint":
         return answer
-    fitted = _fitted_vehicle(native, drives, vehicle, params)
+    fitted = fitted_vehicle(
+        native, drives, vehicle, params, lambda other: _run(drives, other, params, method, None, None)[0].answer()
+    )
     first = [] if fitted is None else [far_off(fitted, vehicle)]
     if fitted is not None:
         vehicle = fitted
@@ -110,20 +108,13 @@ def _of_all(
     return replace(answer, findings=(*first, *answer.findings))
 
 
-def _fitted_vehicle(
-    native: _core.OcAnswer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]
-) -> Vehicle | None:
-    def run(other: Vehicle) -> _core.OcAnswer:
-        return _run(drives, other, params, "joint", None, None)[0].answer()
-
-    return fitted_vehicle(native, drives, vehicle, params, run)
-
-
 def _together(answer: Answer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
     """Of several logs, since the last step between two of them."""
-    from oncenter.offset.several_logs import with_logs, without_steps_within  # late import: one log does not need it
+    from oncenter.offset.several_logs import across, with_logs, without_steps_within  # late: one log does not need it
 
-    logs = without_steps_within(_alone(drives, vehicle, params), answer.changes, drives)
+    runs = (_run((drive,), vehicle, params, "joint", None, None)[0].answer() for drive in drives)
+    natives = [widened(run, coarseness_of((drive,)), "joint", params) for run, drive in zip(runs, drives, strict=True)]
+    logs = without_steps_within(across(natives, vehicle, params), answer.changes, drives)
     if logs.steps:
         answer, _ = _answered(drives[logs.since :], vehicle, params, "joint", None)
     return with_logs(answer, logs, drives[: logs.since])
@@ -154,22 +145,6 @@ def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]
         of_log = f"{Path(drive.log).name}: " if len(drives) > 1 else ""
         found += [replace(each, text=of_log + each.text) for each in recording_findings(drive, names)]
     return found
-
-
-def _alone(drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
-    """The common estimate of logs that are answered one by one."""
-    from oncenter.offset.several_logs import across
-
-    natives = [
-        widened(
-            _run((drive,), vehicle, params, "joint", None, None)[0].answer(),
-            coarseness_of((drive,)),
-            "joint",
-            params,
-        )
-        for drive in drives
-    ]
-    return across(natives, vehicle, params)
 
 
 def is_implausible(native: _core.OcAnswer) -> bool:

@@ -55,7 +55,8 @@ def across(natives: Sequence[_core.OcAnswer], vehicle: Vehicle, params: Mapping[
     """From the oc_answer of each log by the joint method, in order of time."""
     priors = priors_of(params)
     summaries = [summary_of(native, vehicle, params) for native in natives]
-    usable = [(k, one) for k, one in enumerate(summaries) if is_usable(_status(natives[k]), one.gradient)]
+    statuses = [_core.status_of(native["offset"]) for native in natives]
+    usable = [(k, one) for k, one in enumerate(summaries) if is_usable(statuses[k], one.gradient)]
     if len(usable) < _MODEL_FROM:
         return Together(tuple(_by_pairs(natives, usable, priors)), None)
     model = learn(together([[summary for _, summary in usable]]), priors)
@@ -86,14 +87,10 @@ def _driven_s(drive: Signals, until_s: float) -> float:
     return float(((time - time[0] < until_s) & ~stands).sum()) / drive.rate_hz
 
 
-def _status(native: _core.OcAnswer) -> str:
-    return str(_core.STATUSES[native["offset"]["status"]])
-
-
 def _by_pairs(
     natives: Sequence[_core.OcAnswer], usable: Sequence[tuple[int, Summary]], priors: Priors
 ) -> list[LogStep]:
-    valid = [(k, one) for k, one in usable if _status(natives[k]) == "valid"]
+    valid = [(k, one) for k, one in usable if _core.status_of(natives[k]["offset"]) == "valid"]
     steps = []
     for (_, before), (k, after) in pairwise(valid):
         size = after.offset - before.offset
@@ -140,28 +137,27 @@ def _change(answer: Answer, offset: float, step: LogStep) -> Change:
 @finding("offset_changed", "warning", "deg")
 def _offset_changed(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
     """Between two logs, by more than load, ride height or wind explain."""
-    return found(*_between(change, before))
+    return _between(found, change, before)
 
 
 @finding("straight_ahead_moved", "info", "deg")
 def _moved(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
     """Between two logs, by less."""
-    return found(*_between(change, before))
+    return _between(found, change, before)
 
 
-def _between(change: Change, before: Sequence[Signals]) -> tuple[str, float]:
-    """Text and size, deg."""
+def _between(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
     assert change.size_rad is not None and change.sd_rad is not None
     size = change.size_rad / DEGREE
     names = ", ".join(drive.log for drive in before)
-    text = (
+    return found(
         f"between {before[-1].log} and {change.log} the straight-ahead offset changed by {size:+.1f}"
         f" ±{1.96 * change.sd_rad / DEGREE:.1f} deg, from {number(change.offset_before_rad, 1)} to"
         f" {number(change.offset_after_rad, 1)} deg. The reported offset uses only the logs from {change.log} on. If"
         " nobody worked on the truck, check the sensor and its mounting. For the offset before, run oncenter offset"
-        f" with {names} only"
+        f" with {names} only",
+        size,
     )
-    return text, size
 
 
 def _narrowed(answer: Answer, logs: Together) -> Answer:
@@ -199,18 +195,17 @@ def _narrowed(answer: Answer, logs: Together) -> Answer:
 @finding("interval", "info", "deg")
 def _interval(found: Kind, sd: float, drive_sd: float, pull: float, pull_sd_m_s2: float) -> Finding:
     whole, own, by_pull = (number(1.96 * each, 1 if each > 0.05 * DEGREE else 2) for each in (sd, drive_sd, pull))
-    text = (
+    return found(
         f"uncertainty ±{whole} deg: ±{own} deg from the scatter of these logs, ±{by_pull} deg from a pull, which they"
-        f" identify to ±{1.96 * pull_sd_m_s2:.2f} m/s^2"
+        f" identify to ±{1.96 * pull_sd_m_s2:.2f} m/s^2",
+        1.96 * sd / DEGREE,
     )
-    return found(text, 1.96 * sd / DEGREE)
 
 
 @finding("another_load_would_help", "info")
 def _another_load(found: Kind) -> Finding:
     """Several logs, and their gradients hardly differ."""
-    text = (
+    return found(
         "the understeer gradients of the logs differ by less than 20 %, so the payloads are similar. Such logs hardly"
         " separate a pull from an accelerometer bias, so the offset is less certain. Add logs with another payload"
     )
-    return found(text)

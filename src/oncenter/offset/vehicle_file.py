@@ -11,7 +11,6 @@ from collections.abc import Callable, Mapping, Sequence
 
 from oncenter import _core
 from oncenter.findings import Finding, Kind, finding
-from oncenter.offset.core_findings import status_of
 from oncenter.plausibility import faults, rough_ratio_times_wheelbase_m
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import Signals
@@ -57,12 +56,11 @@ def fitted_vehicle(
 
 
 def is_observable(native: _core.OcAnswer) -> bool:
-    return status_of(native["equivalent_wheelbase"]) == "valid"
+    return _core.status_of(native["equivalent_wheelbase"]) == "valid"
 
 
 def _share(native: _core.OcAnswer, vehicle: Vehicle) -> float:
-    share: float = native["equivalent_wheelbase"]["value"] / vehicle.wheelbase_m - 1.0
-    return share
+    return native["equivalent_wheelbase"]["value"] / vehicle.wheelbase_m - 1.0
 
 
 def _is_far(wheelbase_m: float, vehicle: Vehicle) -> bool:
@@ -99,5 +97,7 @@ def _fit_together(drives: Sequence[Signals]) -> bool:
 @finding("wheelbase_or_ratio", "warning", "m")
 def far_off(found: Kind, fitted: Vehicle, given: Vehicle) -> Finding:
     """The correction that the vehicle file needs."""
-    text = fit_words(fitted.wheelbase_m / given.wheelbase_m - 1.0, given.wheelbase_m, given.ratio_near_centre)
-    return found(text, fitted.wheelbase_m)
+    return found(
+        fit_words(fitted.wheelbase_m / given.wheelbase_m - 1.0, given.wheelbase_m, given.ratio_near_centre),
+        fitted.wheelbase_m,
+    )

@@ -78,11 +78,11 @@ def availability(drive: GridSignals) -> list[Finding]:
 
 @finding("signal_not_available", "warning", "%")
 def _not_available(found: Kind, name: str, percent: float) -> Finding:
-    text = (
+    return found(
         f"the {words(name)} has no value for {percent:.0f} % of the time. The offset does not use this "
-        "time. Check its sender and the logger"
+        "time. Check its sender and the logger",
+        percent,
     )
-    return found(text, percent)
 
 
 @finding("signal_slow", "warning", "Hz")
@@ -132,11 +132,11 @@ def stuck(drive: GridSignals) -> list[Finding]:
 
 @finding("vehicle_speed_zero", "error", "s")
 def _speed_zero(found: Kind, whole_s: float) -> Finding:
-    text = (
+    return found(
         "the vehicle speed is zero in the whole log: this is wrong, because the yaw rate shows bends. No offset is "
-        f"estimated. Check its name and source in {SIGNALS_TABLE}"
+        f"estimated. Check its name and source in {SIGNALS_TABLE}",
+        whole_s,
     )
-    return found(text, whole_s)
 
 
 def _runs_of_one_number(drive: GridSignals, name: str) -> list[slice]:
@@ -148,11 +148,11 @@ def _runs_of_one_number(drive: GridSignals, name: str) -> list[slice]:
 @finding("signal_stuck", "error", "s")
 def _stuck(found: Kind, drive: GridSignals, name: str, runs: list[slice]) -> Finding:
     same_s = max(run.stop - run.start for run in runs) / drive.signals.rate_hz
-    text = (
+    return found(
         f"the {words(name)} stays at one value for {same_s:.0f} s while the truck rolls. It seems stuck: the offset "
-        "of this drive is not reliable. Check the sensor and the recording, and record again"
+        "of this drive is not reliable. Check the sensor and the recording, and record again",
+        same_s,
     )
-    return found(text, same_s)
 
 
 def _yaws_while_standing(drive: GridSignals) -> bool:

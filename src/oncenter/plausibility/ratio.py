@@ -45,16 +45,16 @@ def ratio_times_wheelbase(found: Kind, drive: GridSignals, comparable: bool) -> 
     low, high = value - half_width, value + half_width
     expected = drive.ratio_times_wheelbase_m()
     if expected is None or drive.vehicle is None:
-        text = (
+        return found(
             f"steering ratio times wheelbase is {value:.1f} m in this drive ({low:.1f} to {high:.1f} m): with a "
             f"wheelbase of {_EXAMPLE_WHEELBASE_M:g} m, the steering ratio is {value / _EXAMPLE_WHEELBASE_M:.1f}. The "
-            "offset is not affected"
+            "offset is not affected",
+            value,
+            severity="info",
         )
-        return found(text, value, severity="info")
     if abs(value / expected - 1) <= _OFF or low <= expected <= high:
         return None
-    text = fit_words(value / expected - 1.0, drive.vehicle.wheelbase_m, drive.vehicle.ratio_near_centre)
-    return found(text, value)
+    return found(fit_words(value / expected - 1.0, drive.vehicle.wheelbase_m, drive.vehicle.ratio_near_centre), value)
 
 
 def rough_m(drive: GridSignals) -> float | None:

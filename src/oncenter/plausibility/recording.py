@@ -63,8 +63,7 @@ def _holes(found: Kind, drive: Recorded) -> list[Finding]:
     lost_s = sum(drive.holes_s)
     severity = "warning" if lost_s > _LOST_SHARE_MAX * drive.whole_s else "info"
     action = ". Check the logger" if severity == "warning" else ""
-    text = f"{of_whole}; {holes}. The offset uses the recorded time only{action}"
-    return [found(text, lost_s, severity=severity)]
+    return [found(f"{of_whole}; {holes}. The offset uses the recorded time only{action}", lost_s, severity=severity)]
 
 
 def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:

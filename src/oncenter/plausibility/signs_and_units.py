@@ -137,8 +137,10 @@ def units(found: Kind, drive: GridSignals) -> CheckResult:
         if "angle" in off and drive.vehicle is not None:
             text += ", and its steering ratio and wheelbase"
         return found(text, severity=severity)
-    text = "a unit is wrong: " + ", or ".join(map(str, slips)) + f". {NO_OFFSET}. Correct the unit in {SIGNALS_TABLE}"
-    return found(text, slips[0].factor)
+    return found(
+        "a unit is wrong: " + ", or ".join(map(str, slips)) + f". {NO_OFFSET}. Correct the unit in {SIGNALS_TABLE}",
+        slips[0].factor,
+    )
 
 
 _RELATION = {
@@ -220,17 +222,17 @@ def wheels(found: Kind, drive: GridSignals, scale: CheckResult) -> CheckResult:
         return None
     faster = 100 * (ratio - 1)
     if faster > 1000:
-        text = (
+        return found(
             f"the wheels turn while the vehicle speed reads nearly zero. {NO_OFFSET}. Check the vehicle speed in "
-            f"{SIGNALS_TABLE}"
+            f"{SIGNALS_TABLE}",
+            severity="error",
         )
-        return found(text, severity="error")
     order = "faster" if faster > 0 else "slower"
-    text = (
+    return found(
         f"the wheel speeds are {abs(faster):.0f} % {order} than the vehicle speed. The interval of the offset does not "
-        "include this error. Check the tyre size and the calibration of the vehicle speed"
+        "include this error. Check the tyre size and the calibration of the vehicle speed",
+        faster,
     )
-    return found(text, faster)
 
 
 def _wheel_speed_ratio(drive: GridSignals) -> float | None:
@@ -282,12 +284,12 @@ def _torque_reversed(found: Kind, drive: GridSignals) -> Finding:
 
 @finding("scale", "error", "N m/(m/s^2)")
 def _torque_scale(found: Kind, slope: float, usual: float) -> Finding:
-    text = (
+    return found(
         f"the steering wheel torque is {slope:.3g} N m per m/s^2 of lateral acceleration; usual is {usual:.3g}. "
         f"{_TORQUE_EFFECT}. Check its unit, or set torque_slope_n_m_m_s2 = {slope:.3g} in the [params] table of the "
-        "vehicle file"
+        "vehicle file",
+        slope,
     )
-    return found(text, slope)
 
 
 def _rows_of(values: Column, steps: int) -> Column:

@@ -55,12 +55,12 @@ def lateral_acceleration_at_standstill(
     if abs(reading) < _STANDING_ACCELERATION_REPORTED_FROM_M_S2:
         return None
     slope = abs(reading) / STANDARD_GRAVITY * 100.0
-    text = (
+    return found(
         f"the accelerometer reads {reading:+.2f} m/s^2 at standstill (mean of {standing_s:.1f} s). The cause is its "
         f"bias, or ground that slopes down to the {'right' if reading > 0 else 'left'} (by {slope:.1f} %), or both. "
-        f"{effect}. Park the truck on level ground and record again"
+        f"{effect}. Park the truck on level ground and record again",
+        reading,
     )
-    return found(text, reading)
 
 
 @finding("relative_angle_sensor", "info")
@@ -128,12 +128,12 @@ def bank(found: Kind, drive: GridSignals, comparable: bool) -> CheckResult:
     mean = float(banks.mean())
     if not comparable or abs(mean) <= limit:
         return None
-    text = (
+    return found(
         f"lateral acceleration minus yaw rate times speed is {mean:+.2f} m/s^2 on average; the bank limit is {limit:g} "
         "m/s^2 (bank_max_m_s2). The accelerometer has a bias. The interval of the offset allows for this with --method "
-        "joint; --method thesis rejects most of this drive. Use --method joint, or check the accelerometer"
+        "joint; --method thesis rejects most of this drive. Use --method joint, or check the accelerometer",
+        mean,
     )
-    return found(text, mean)
 
 
 def relative_sensor(drive: GridSignals) -> CheckResult:
@@ -152,9 +152,9 @@ def whole_turns(found: Kind, drive: GridSignals, comparable: bool) -> CheckResul
     if not comparable or abs(middle_deg) < 180:
         return None
     turns = round(middle_deg / 360.0)
-    text = (
+    return found(
         f"the steering wheel angle reads {middle_deg:+.0f} deg when the truck drives straight ahead. That is "
         f"{turns:+d} turn{'' if abs(turns) == 1 else 's'} and {middle_deg - 360.0 * turns:+.0f} deg, and the offset "
-        "contains both. Do not enter this number: set the zero of the sensor with the wheels straight ahead"
+        "contains both. Do not enter this number: set the zero of the sensor with the wheels straight ahead",
+        middle_deg,
     )
-    return found(text, middle_deg)

@@ -51,7 +51,7 @@ def summary_of(native: _core.OcAnswer, vehicle: Vehicle, params: Mapping[str, fl
     offset, gradient = native["offset"], native["understeer_gradient"]
     unloading, play = native["unloading_acceleration"], native["backlash"]
     standing = native["standstill_lateral_acceleration"]
-    stood = _core.STATUSES[standing["status"]] == "valid"
+    stood = _core.status_of(standing) == "valid"
     together = native["offset_covariances"]
     return Summary(
         offset=offset["value"],

@@ -56,6 +56,9 @@ ANGLE_METHODS: tuple[str, ...] = tuple(_text(lib.oc_angle_method_name(k)) for k 
 FAULTS: tuple[str, ...] = tuple(_text(lib.oc_fault_name(k)) for k in range(lib.OC_FAULT_COUNT))
 IMAGE_FAULTS: tuple[str, ...] = tuple(_text(lib.oc_image_fault_name(k)) for k in range(lib.OC_IMAGE_FAULT_COUNT))
 ANGLE_SOURCES: tuple[str, ...] = tuple(_text(lib.oc_angle_source_name(k)) for k in range(lib.OC_SOURCE_COUNT))
+CHANGE_KINDS = tuple(
+    name.removeprefix("OC_CHANGE_").lower() for _, name in sorted(ffi.typeof("oc_change_kind").elements.items())
+)
 MESSAGE_PGN, MESSAGE_PARTS_PGN = int(lib.OC_MESSAGE_PGN), int(lib.OC_MESSAGE_PARTS_PGN)
 DM1_PGN = int(lib.OC_DM1_PGN)
 REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in range(lib.OC_REASON_COUNT)}
@@ -117,6 +120,12 @@ def ci95(estimate: OcEstimate) -> tuple[float, float]:
     """The 95 % interval of an oc_estimate."""
     low, high = interval_95(estimate["value"], estimate["standard_deviation"], estimate["lean"])
     return float(low), float(high)
+
+
+def standing_yaw_rate_sd() -> float:
+    """Of the yaw rate bias from readings without scatter at standstill, rad/s."""
+    still = ffi.new("oc_standstill *", {"yaw_rate": {"weight": 2.0}})
+    return float(lib.oc_standstill_yaw_rate(still, 1.0, 0.0).standard_deviation)
 
 
 def few_batches_factor(batches: int) -> float:

@@ -49,7 +49,7 @@ class Cause:
         }
 
 
-def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_sign: float) -> tuple[Cause, ...]:
+def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_sign: float) -> Iterator[Cause]:
     """The causes of the joint method, also where they have no effect on the offset; none whose prior excludes it.
 
     Args:
@@ -57,10 +57,6 @@ def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_s
         params: in force.
         traffic_sign: 1 where traffic keeps right, -1 left, 0 not configured.
     """
-    return tuple(_causes(parts, params, traffic_sign))
-
-
-def _causes(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_sign: float) -> Iterator[Cause]:
     per = parts["per_acceleration"]
     has_pull = params["known_pull_sd_m_s2"] > 0.0  # a configured pull includes the set-up of the axle
     pull = "known_pull_sd_m_s2" if has_pull else "pull_sd_m_s2"

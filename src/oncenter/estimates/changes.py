@@ -10,7 +10,6 @@ from typing import Any
 from oncenter import _core
 from oncenter.signals import DEGREE, Signals
 
-_KINDS = ("none", "offset", "bends")  # oc_change_kind
 SENSOR_MOVES_BY_DEG = 2.5  # load, ride height and wind change less: bench/effects.py, load_change_double, wind_moment
 
 
@@ -73,7 +72,7 @@ def changes_of(native: _core.OcAnswer, found_by: Sequence[int], drives: Sequence
 
 
 def _change(raw: _core.OcChanged, after: float, drive: int, drives: Sequence[Signals]) -> Change:
-    kind = _KINDS[int(raw["change"]["kind"])]
+    kind = _core.CHANGE_KINDS[raw["change"]["kind"]]
     begin = float(drives[drive].columns["time_s"][0])
     time = max(raw["time"], begin)
     size = after - raw["before"]

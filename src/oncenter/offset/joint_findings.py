@@ -29,7 +29,6 @@ _GAIN_REPORTED_FROM = 0.1  # of the same
 _MORE_DRIVING_S = 60.0
 _MODEL_ERROR_RAD = 0.04 * DEGREE  # core/joint_answer.c, offset_error
 _WIDTH_ERROR_RAD = 0.2 * DEGREE  # core/joint_answer.c, width_error: of the play alone
-_STANDING_GYRO_SD_RAD_S = 3.5e-4  # core/standstill.c, yaw_rate_floor
 _CAUSES: Mapping[Name, str] = {
     "pull": "a pull by the wheel alignment",
     "mean_wind": "a mean crosswind",
@@ -304,12 +303,8 @@ def _loading_words(native: _core.OcAnswer, lacking: Mapping[str, float]) -> str:
     (side,) = lacking
     loaded_s = left_s if side == "left" else right_s
     if loaded_s < _LOADED_FROM_S:
-        return f"the front axle had lateral force to the {_opposite(side)} only"
+        return f"the front axle had lateral force to the {'right' if side == 'left' else 'left'} only"
     return f"the front axle had lateral force to the {side} for only {loaded_s:.0f} s"
-
-
-def _opposite(side: str) -> str:
-    return "right" if side == "left" else "left"
 
 
 @finding("no_understeer", "warning", "deg/(m/s^2)")
@@ -470,7 +465,7 @@ def _by_standing(native: _core.OcAnswer, params: Mapping[str, float], parts: _Pa
     zero, except for the slope of the ground, where the truck has not stood still so far."""
     gyro = native["yaw_rate_bias"]
     gyro_sd = math.inf if _core.status_of(gyro) == "unobservable" else gyro["standard_deviation"]
-    standing_sd = math.hypot(_STANDING_GYRO_SD_RAD_S, native.get("yaw_rate_step_sd", 0.0))
+    standing_sd = math.hypot(_core.standing_yaw_rate_sd(), native.get("yaw_rate_step_sd", 0.0))
     of_gyro: float = 1.96 * native["offset_per_yaw_rate_bias"] * min(gyro_sd, standing_sd) / DEGREE
     of_both = parts.gyro**2 + (parts.zero**2 if _gyro_hides_zero(native, params) else 0.0)
     gained: float = max(of_both - of_gyro**2, 0.0)

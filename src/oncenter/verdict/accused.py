@@ -17,8 +17,7 @@ def accused_by(fault: Finding) -> list[str]:
 
 def finding_of(answer: Estimates, code: str, severity: str | None = None) -> Finding | None:
     """The first of this code, and of this severity if one is given."""
-    matching = (each for each in answer.findings if each.code == code and severity in (None, each.severity))
-    return next(matching, None)
+    return next((each for each in answer.findings if each.code == code and severity in (None, each.severity)), None)
 
 
 def errors_of_signals(answer: Estimates) -> list[Finding]:

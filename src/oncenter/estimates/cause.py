@@ -9,10 +9,11 @@ from typing import Any, Literal
 
 from oncenter import _core
 from oncenter.signals import DEGREE
+from oncenter.tuned import TUNED
 
 Name = Literal["pull", "mean_wind", "axle_set_up"]
 
-_SET_UP_PROBABILITY = 0.05  # core/joint/hypothesis_equations.c, odds_against: one axle in twenty
+_SET_UP_PROBABILITY = 1.0 / (2.0 + TUNED["hypothesis_equations.set_up_odds"])
 _PER_ACCELERATION_MIN = 1e-6  # rad/(m/s^2): below it no lateral force changes the offset
 _IN_WORDS: Mapping[Name, str] = {"pull": "pull", "mean_wind": "crosswind", "axle_set_up": "axle set up for the crown"}
 _REPORTED_FROM_RAD = 0.05 * DEGREE  # of a half-width: less rounds to zero

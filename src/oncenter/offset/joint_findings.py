@@ -16,6 +16,7 @@ from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, bends_demand, de
 from oncenter.offset.core_findings import km_h
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.tuned import TUNED
 from oncenter.vehicle import Vehicle
 
 # Smallest values that are reported; tuned.
@@ -27,8 +28,6 @@ _OFFSET_USED = "The reported offset is the one after the last change"
 _PART_REPORTED_FROM = 0.25  # of the half-width
 _GAIN_REPORTED_FROM = 0.1  # of the same
 _MORE_DRIVING_S = 60.0
-_MODEL_ERROR_RAD = 0.04 * DEGREE  # core/joint_answer.c, offset_error
-_WIDTH_ERROR_RAD = 0.2 * DEGREE  # core/joint_answer.c, width_error: of the play alone
 _CAUSES: Mapping[Name, str] = {
     "pull": "a pull by the wheel alignment",
     "mean_wind": "a mean crosswind",
@@ -385,11 +384,11 @@ def _parts_of(native: _core.OcAnswer, params: Mapping[str, float], steering_rati
     """Each in turn takes at most what is left of the whole; the scatter also takes the rest."""
     gyro = native["yaw_rate_bias"]
     slope = steering_ratio * abs(native["understeer_gradient"]["value"])
-    of_play = max(native["backlash"]["standard_deviation"] ** 2 - _WIDTH_ERROR_RAD**2, 0.0)
+    of_play = max(native["backlash"]["standard_deviation"] ** 2 - TUNED["joint_answer.width_error"] ** 2, 0.0)
     in_turn = [
         ("gyro", native["offset_per_yaw_rate_bias"] * gyro["standard_deviation"]),
         ("zero", slope * native["unloading_acceleration"]["standard_deviation"]),
-        ("model", _MODEL_ERROR_RAD),
+        ("model", TUNED["joint_answer.offset_error"]),
         ("play", 0.5 * math.sqrt(of_play)),  # with loading to one side only, half of the play is in the offset
     ]
     if _core.status_of(gyro) == "unobservable":  # only its prior limits it: it gets all that scatter does not explain

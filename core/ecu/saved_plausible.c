@@ -141,7 +141,9 @@ typedef struct {
 } factor;
 
 /* Compiles only if the gyro bias's covariance fits such a triangle, too. */
-enum { STATES_FIT = 1 / ((int32_t)OC_GYRO_BIAS_STATES <= (int32_t)OC_TERMS) };
+enum {
+    STATES_FIT = 1 / (sizeof(((oc_gyro_bias *)0)->x) / sizeof(double) <= sizeof(((factor *)0)->inverse) / sizeof(float))
+};
 
 /* Whether the triangle in f->lower is positive semidefinite up to rounding, in units of `noise`; replaces it by its
  * factor, with an information of 1. Where oc_triangle_factor raised a pivot, the squares of a row of the factor exceed

@@ -32,12 +32,12 @@ static void factor_row(int32_t i, float *triangle, const float *information, flo
 }
 
 void oc_triangle_factor(float *triangle, const float *information, float *inverse) {
-    factor_row(0, triangle, information, inverse);
-    if (OC_TERMS % 2 == 0) {
-        factor_row(1, triangle, information, inverse);
+    enum { SINGLE = 2 - OC_TERMS % 2 };
+    for (int32_t i = 0; i < SINGLE; ++i) {
+        factor_row(i, triangle, information, inverse);
     }
     /* then two rows at a time, which read the rows above them once */
-    for (int32_t i = 2 - OC_TERMS % 2; i < OC_TERMS; i += 2) {
+    for (int32_t i = SINGLE; i < OC_TERMS; i += 2) {
         float *row = &triangle[i * (i + 1) / 2], *below = row + i + 1;
         const float *above = triangle;
         for (int32_t j = 0; j < i; ++j) {

@@ -73,7 +73,7 @@ def capitalised(text: str) -> str:
 
 
 class Kind(NamedTuple):
-    """What the findings of a code have in common: the usual severity, and the unit of the value."""
+    """A code with its usual severity and the unit of its value."""
 
     code: str
     severity: str

@@ -123,7 +123,7 @@ def ci95(estimate: OcEstimate) -> tuple[float, float]:
 
 
 def standing_yaw_rate_sd() -> float:
-    """Of the yaw rate bias from readings without scatter at standstill, rad/s."""
+    """The standard deviation of the yaw rate bias from readings without scatter at standstill, rad/s."""
     still = ffi.new("oc_standstill *", {"yaw_rate": {"weight": 2.0}})
     return float(lib.oc_standstill_yaw_rate(still, 1.0, 0.0).standard_deviation)
 

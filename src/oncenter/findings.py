@@ -43,7 +43,7 @@ class Finding:
         }
 
     def line(self) -> str:
-        """For a terminal, "warning: the steering has ... (steering_play)": the code is the one to explain."""
+        """The line for a terminal, "warning: the steering has ... (steering_play)": the code is the one to explain."""
         return f"{self.severity}: {self.text} ({self.code})"
 
 
@@ -67,7 +67,7 @@ def bends_demand(lacking_s: dict[str, float]) -> str:
 
 
 def capitalised(text: str) -> str:
-    """With a capital first letter; a file or signal name in first place stays as it is."""
+    """The text with a capital first letter; a file or signal name in first place stays as it is."""
     first = text.partition(" ")[0].rstrip(",:;")
     return text[:1].upper() + text[1:] if first.replace("-", "").isalpha() else text
 

@@ -27,7 +27,7 @@ class Param:
 
 @cache
 def params() -> dict[str, Param]:
-    """By name, in the order of the struct."""
+    """The params by name, in the order of the struct."""
     table = (shipped("core") / "params.toml").read_text(encoding="utf-8")
     rows = [row for group in tomllib.loads(table).values() for row in group.items() if row[0] != "title"]
     return {

@@ -156,7 +156,7 @@ class Signals:
         return len(self.columns["time_s"])
 
     def length(self) -> str:
-        """For people, "1800.0 s at 100 Hz"."""
+        """The length in words, "1800.0 s at 100 Hz"."""
         time = self.columns["time_s"]
         duration_s = float(time[-1] - time[0]) if len(time) else 0.0
         return f"{duration_s:.1f} s at {self.rate_hz:.4g} Hz"

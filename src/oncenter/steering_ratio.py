@@ -60,7 +60,7 @@ SteeringRatio = Annotated[float | tuple[float, ...], BeforeValidator(_checked_nu
 
 
 def polynomial_of(ratio: float | tuple[float, ...]) -> tuple[float, ...]:
-    """From the steering wheel angle to the front wheel angle, rad, lowest power first."""
+    """The polynomial from the steering wheel angle to the front wheel angle, rad, lowest power first."""
     return ratio if isinstance(ratio, tuple) else (0.0, 1.0 / ratio)
 
 

@@ -207,7 +207,7 @@ class Vehicle(BaseModel):
 
 
 def tandem_side_force_m2_s2() -> Mapping[str, float]:
-    """By axle layout, the parameter `tandem_side_force_m2_s2` where `[params]` does not give it."""
+    """The parameter `tandem_side_force_m2_s2` by axle layout, where `[params]` does not give it."""
     return _TANDEM_SIDE_FORCE_M2_S2
 
 

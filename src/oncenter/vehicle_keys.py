@@ -45,7 +45,7 @@ class Key:
 
     @property
     def range(self) -> str:
-        """For people: "1 to 20 m", "at least 0 deg"; empty where everything is accepted."""
+        """The range in words: "1 to 20 m", "at least 0 deg"; empty where everything is accepted."""
         if self.choices:
             return ", ".join(self.choices)
         unit = f" {self.unit}" if self.unit else ""

@@ -100,7 +100,7 @@ def angle(
 def _without_sensor(
     columns: dict[str, npt.NDArray[np.float64]], from_s: float | None
 ) -> dict[str, npt.NDArray[np.float64]]:
-    """With the sensor lost that many s after the first row."""
+    """The columns with the sensor lost `from_s` s after the first row."""
     if from_s is None or _MEASURED not in columns:
         return columns
     lost = columns["time_s"] >= columns["time_s"][0] + from_s

@@ -143,7 +143,7 @@ def _fail(message: str, code: str, exit_code: int, needs: Sequence[str], output:
 
 
 def _complain(message: str) -> str:
-    """To stderr; what was output there."""
+    """Writes a message to stderr; returns its one line."""
     one_line = " ".join(message.split())
     with contextlib.suppress(OSError):  # the exit code reports the error, too
         print(f"oncenter: {one_line}", file=sys.stderr)
@@ -155,7 +155,7 @@ def _interrupted(output: _Output) -> int:
 
 
 def _write(text: str, out: TextIO) -> int:
-    """To standard output; returns 0, or an exit code if that fails.
+    """Writes to standard output; returns 0, or an exit code if that fails.
 
     A file's name may hold bytes that are not text: they become escapes, which JSON has, too.
     """
@@ -171,7 +171,7 @@ def _write(text: str, out: TextIO) -> int:
 
 
 def _is_of_a_reader_that_left(error: OSError) -> bool:
-    """As `head` does; on Windows the end of a pipe is an invalid argument."""
+    """Whether the reader closed the pipe, as `head` does; Windows reports it as an invalid argument."""
     return isinstance(error, BrokenPipeError) or (sys.platform == "win32" and error.errno == errno.EINVAL)
 
 
@@ -193,7 +193,7 @@ def main() -> None:
 
 
 def _expanded(arguments: Sequence[str]) -> list[str]:
-    """On Windows the program expands `*.mf4`; a pattern without a match stays as it is."""
+    """The arguments; on Windows with `*.mf4` expanded, where a pattern without a match stays as it is."""
     if sys.platform != "win32":
         return list(arguments)
     import glob

@@ -41,7 +41,7 @@ def _log_of(arguments: Sequence[str]) -> str:
 
 
 def _unreadable(message: str, arguments: Sequence[str]) -> str:
-    """For a file that does not exist: files of similar names in its folder."""
+    """The advice on a file that does not exist: files of similar names in its folder."""
     for argument in arguments[1:]:
         if argument in message and not argument.startswith("-") and not os.path.lexists(argument):
             is_database = argument.lower().endswith(_DATABASES)

@@ -128,7 +128,7 @@ def _asides(findings: Sequence[Finding], notes: Sequence[str]) -> list[str]:
 
 
 def _in_words(table: object) -> str:
-    """By status of the angle: its share of the drive and its accuracy; then faults of the sensor."""
+    """The share and the accuracy of each status of the angle; then faults of the sensor."""
     import polars as pl
 
     from oncenter.signals import DEGREE

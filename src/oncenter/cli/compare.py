@@ -49,7 +49,7 @@ def compare(
 
 
 def _offset(place: Path, vehicle_file: str | None, dbc: Sequence[Path], take: Mapping[str, str]) -> Offset:
-    """Of an answer's file, or of a log.
+    """The offset of an answer's file, or of a log.
 
     Raises:
         OncenterError: "usage", exit code 2: a log without --vehicle; else as `offset_of` or `oncenter.offset`.

@@ -64,7 +64,7 @@ def _as_typed() -> str:
 
 
 def _begin(step: str) -> None:
-    """To standard error: a step is not part of the answer."""
+    """Writes the step to standard error: it is not part of the answer."""
     typer.echo(step, err=True)
 
 

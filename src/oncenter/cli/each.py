@@ -87,14 +87,14 @@ def _line(log: str, width: int, offset: str, status: str, why: str, state: str =
 
 
 def _state(answer: Answer) -> str:
-    """Of the verdict on the offset."""
+    """The state of the verdict on the offset."""
     from oncenter.verdict import verdicts_of
 
     return verdicts_of(answer)[0].state.replace("_", " ")
 
 
 def _offset(answer: Answer) -> str:
-    """With this drive's part of the interval, and the ends of the whole interval; an invalid value is marked."""
+    """The offset, this drive's part of its interval, and the whole interval; an invalid value is marked."""
     from oncenter.offset.answer import NOT_YET_OR_NO_MORE
     from oncenter.signals import DEGREE
 

@@ -19,7 +19,7 @@ _MEANING = "What it means: "
 
 @dataclass(frozen=True)
 class Section:
-    """Of one code: `kind` is "finding" or "error"; `paragraphs` without markdown, the example indented."""
+    """The section of a code: `kind` is "finding" or "error"; `paragraphs` without markdown, the example indented."""
 
     code: str
     kind: str

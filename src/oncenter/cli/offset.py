@@ -209,7 +209,7 @@ def refuse_one_place(report: Path | None, memory: Path | None) -> None:
 
 
 def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:
-    """With the correction of the command line in place of that of the vehicle file.
+    """The truck with the correction of the command line in place of that of the vehicle file.
 
     Raises:
         OncenterError: "usage", exit code 2: beyond two turns, or not a number.
@@ -228,7 +228,7 @@ def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:
 
 
 def with_limit(truck: oc.Vehicle, limit_deg: float | None) -> oc.Vehicle:
-    """With the limit that a command line gives in place of the vehicle file's.
+    """The truck with the limit of the command line in place of that of the vehicle file.
 
     Raises:
         OncenterError: "usage", exit code 2: out of the range of the vehicle file's `offset_limit_deg`.
@@ -269,7 +269,7 @@ def as_table(answer: oc.Answer) -> str:
 
 
 def _verdicts(answer: oc.Answer) -> list[str]:
-    """That on the offset, then those on play and sensors that need a hand."""
+    """The verdict on the offset, then those on play and sensors that need work."""
     from oncenter.verdict import verdicts_of
 
     offset, *others = verdicts_of(answer)

@@ -38,7 +38,7 @@ class Places:
 
 
 def logs_named(given: Sequence[Path]) -> Places:
-    """For an option that takes no folders."""
+    """The logs of an option that takes no folders."""
     return Places(tuple(dict.fromkeys(given)), False, _twice(given), (), ())
 
 

@@ -54,7 +54,7 @@ _FILE_UNITS = {
 
 
 def _rows(drive: oc.Signals) -> Iterator[tuple[str, dict[str, Any]]]:
-    """By signal: its source, and its range in the units of files."""
+    """Each signal, its source, and its range in the units of files."""
     for name, source in drive.sources.items():
         signal = SIGNALS[name]
         file_unit, words, _ = _FILE_UNITS[signal.quantity.unit]

@@ -35,7 +35,7 @@ class Change:
     sd_rad: float | None
 
     def to_dict(self) -> dict[str, Any]:
-        """As in files: degrees instead of radians."""
+        """The change as in files: degrees instead of radians."""
         has_size = self.size_rad is not None and self.sd_rad is not None
         size, half_width = (self.size_rad or 0.0) / DEGREE, 1.96 * (self.sd_rad or 0.0) / DEGREE
         return {
@@ -93,5 +93,5 @@ def _change(raw: _core.OcChanged, after: float, drive: int, drives: Sequence[Sig
 
 
 def kind_of_offset(size: float, sd: float) -> str:
-    """Of a change of the offset, rad: "offset" where load, ride height or wind cannot explain its size."""
+    """The kind of a change of the offset, rad: "offset" where load, ride height or wind cannot explain its size."""
     return "straight_ahead" if abs(size) - 1.96 * sd < SENSOR_MOVES_BY_DEG * DEGREE else "offset"

@@ -13,7 +13,7 @@ from oncenter.signals import DEGREE
 
 @dataclass(frozen=True)
 class Correction:
-    """In rad, all added to the sensor's reading.
+    """A correction in rad, added to the sensor's reading.
 
     Attributes:
         applied: added by the ECU already.
@@ -25,14 +25,14 @@ class Correction:
 
     @property
     def total(self) -> float:
-        """To be added by the ECU in total."""
+        """The angle that the ECU has to add in total."""
         return self.applied + self.remaining
 
     def to_dict(self) -> dict[str, Any]:
         return {"remaining_deg": self.remaining / DEGREE, "total_deg": self.total / DEGREE}
 
     def words(self) -> str:
-        """For a workshop."""
+        """The instruction for a workshop."""
         remaining, applied = round(self.remaining / DEGREE, 1) + 0.0, round(self.applied / DEGREE, 3)  # no -0.0
         if applied == 0.0:
             return f"recalibrate: add {remaining:+.1f} deg"

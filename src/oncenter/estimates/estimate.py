@@ -23,7 +23,7 @@ class Estimate:
     evidence_s: float = 0.0
 
     def to_dict(self) -> dict[str, Any]:
-        """As in files: degrees instead of radians."""
+        """The estimate as in files: degrees instead of radians."""
         factor, unit = _file_unit(self.unit)
         return {
             "value": None if self.value is None else self.value / factor,
@@ -46,7 +46,7 @@ class Estimate:
 
 
 def number(value_rad: float, digits: int) -> str:
-    """In degrees; never -0.0."""
+    """The angle in degrees as text; never -0.0."""
     return f"{round(value_rad / DEGREE, digits) + 0.0:.{digits}f}"
 
 

@@ -86,12 +86,12 @@ class Estimates:
 
     @property
     def correction(self) -> Correction | None:
-        """None unless the offset is valid; None for a relative sensor, whose zero changes at each ignition."""
+        """The correction of a valid offset; None for a relative sensor, whose zero changes at each ignition."""
         if self.offset.value is None or self.offset.status != "valid" or any(map(is_relative, self.drives)):
             return None
         return Correction(self.vehicle.offset_applied_deg * DEGREE, -self.offset.value)
 
     @property
     def offset_half_width_rad(self) -> float | None:
-        """Of `offset_ci95_drive`."""
+        """Half the width of `offset_ci95_drive`."""
         return None if self.offset_ci95_drive is None else 0.5 * (self.offset_ci95_drive[1] - self.offset_ci95_drive[0])

@@ -440,7 +440,7 @@ def _signal_name(number: int) -> str:
 
 
 def _resident_bytes(pid: int) -> int | None:
-    """None if the system does not report it: then memory is not limited."""
+    """The memory of a process; None if the system does not report it: then memory is not limited."""
     if sys.platform != "linux":
         return None
     try:

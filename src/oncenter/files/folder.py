@@ -15,7 +15,7 @@ BAG_PARTS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 
 
 def is_log(name: str) -> bool:
-    """By a file's name."""
+    """Whether a file is a log, by its name."""
     lower = name.lower()
     return lower.endswith(SUFFIXES) and not lower.endswith(_NO_LOGS) and not name.startswith(UNFINISHED)
 

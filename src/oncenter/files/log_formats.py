@@ -95,7 +95,7 @@ FORMATS = (
 
 
 def suffixes(*contents: str) -> tuple[str, ...]:
-    """Of formats with one of these contents; without arguments of all."""
+    """The suffixes of formats with one of these contents; without arguments of all formats."""
     return tuple(suffix for row in FORMATS if not contents or row.content in contents for suffix in row.suffixes)
 
 

@@ -99,7 +99,7 @@ def _refusal(path: str | os.PathLike[str], error: Exception | str) -> OncenterEr
 
 
 class _IsOpen(PermissionError):
-    """On Windows, a file that cannot be replaced because a program has it open."""
+    """A file that cannot be replaced because a program has it open, on Windows."""
 
 
 def _status(path: str | os.PathLike[str]) -> os.stat_result | None:

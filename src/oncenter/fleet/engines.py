@@ -57,7 +57,7 @@ def _cores() -> int:
 
 
 def on_ray(address: str | None, workers: int | None = None) -> Engine:
-    """On a running cluster (`address`), or on a cluster of this machine's cores that is started and ended with the run.
+    """An engine on a running cluster (`address`), or on one of this machine's cores that starts and ends with the run.
 
     Ray takes seconds to start; meanwhile this machine's own child processes answer logs. They also answer the last logs
     while a cluster started here ends, and the logs of tasks that were killed or whose machine went away. The cluster's
@@ -128,7 +128,7 @@ def _but_the_last(count: int, logs: Iterable[LogFile], last: deque[LogFile]) -> 
 
 
 def _end() -> None:
-    """In a thread: Ray's processes take a second to end."""
+    """Ends Ray in a thread: its processes take a second to end."""
     import ray
 
     if ray.is_initialized() and not _ray_ends:

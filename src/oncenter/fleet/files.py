@@ -217,7 +217,7 @@ def _fetched(log: LogFile) -> Iterator[tuple[Path, str]]:
 
 
 def _blocks(file: FileIO) -> Iterator[memoryview]:
-    """In one buffer: a new one for each block takes longer than hashing."""
+    """The file's blocks in one buffer: a new buffer for each block takes longer than hashing."""
     place = memoryview(bytearray(_BLOCK_BYTES))
     while count := file.readinto(place):
         yield place[:count]

@@ -64,7 +64,7 @@ def _refusal(path: Path, error: sqlite3.Error) -> OncenterError:
 
 
 def _may_go_well(row: dict[str, Any]) -> bool:
-    """In the next run, with the same file, version and vehicle file: the log could not be opened."""
+    """Whether the next run may answer the same file, version and vehicle file: the log could not be opened."""
     code = row.get("error_code")
     return code in _AGAIN or (code == "unreadable_log" and not row["key"])
 
@@ -75,7 +75,7 @@ def _with_valid_start(row: dict[str, Any]) -> dict[str, Any]:
 
 
 class Ledger:
-    """Of one output folder, for one run at a time.
+    """The record of one output folder, for one run at a time.
 
     Raises:
         OncenterError: "output", exit code 2: it cannot be opened, or another run has it.
@@ -180,7 +180,7 @@ class Ledger:
         self.commit()
 
     def _see(self, uri: str, log: LogFile, key: str) -> None:
-        """If the file's content changed, the row of its old content is deleted, unless a copy has that content."""
+        """Records the file; deletes the row of an earlier content of it, unless a copy has that content."""
         before = self._file.execute("SELECT key FROM seen WHERE uri = ?", (uri,)).fetchone()
         self._file.execute("INSERT OR REPLACE INTO seen VALUES (?, ?, ?, ?)", (uri, log.size, log.modified_s, key))
         if before is not None and before[0] != key:

@@ -59,7 +59,7 @@ def as_csv(rows: Sequence[dict[str, Any]], line_end: str = "\r\n") -> str:
 
 
 def write_csv(path: Path, rows: Sequence[dict[str, Any]]) -> None:
-    """As `as_csv`, in UTF-8 with a byte order mark.
+    """Writes the rows as `as_csv` gives them, in UTF-8 with a byte order mark.
 
     Raises:
         OncenterError: "output", exit code 2: it cannot be written.

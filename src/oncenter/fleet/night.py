@@ -244,7 +244,7 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
 
 
 def _peak_memory_mb() -> float | None:
-    """Of the largest process of the run; None on Windows, which does not report it."""
+    """The peak memory of the largest process of the run; None on Windows, which does not report it."""
     if sys.platform == "win32":
         return None
     import resource

@@ -13,7 +13,7 @@ from oncenter.truck.model import Trucks
 
 @dataclass(frozen=True)
 class Offset:
-    """Since the last change, deg, at the truck's mean load; `since` is the start of the first drive after it.
+    """The offset since the last change, deg, at the truck's mean load; `since` is the start of the drive after it.
 
     `sd` is the whole standard deviation; `spread_sd` leaves out pull and accelerometer bias, which are common to all
     drives. `drift` is deg a day and its standard deviation, None below four drives. Accelerations in m/s^2.
@@ -33,7 +33,7 @@ class Offset:
 
 
 def offset_of(trucks: Trucks, place: int, starts: Numbers) -> Offset:
-    """Of the truck at that place in the model; its drives began at `starts`, s since 1970."""
+    """The offset of the truck at that place in the model; its drives began at `starts`, s since 1970."""
     steps = [step for step in trucks.steps if step.truck == place]
     since = steps[-1].at if steps else 0
     value = float(trucks.offset[place]) / DEGREE
@@ -55,7 +55,7 @@ def offset_of(trucks: Trucks, place: int, starts: Numbers) -> Offset:
 
 
 def _changes(steps: Sequence[Step], value: float) -> list[Break]:
-    """In order of time; computed backward from the last one, which led to the offset now."""
+    """The changes in order of time; computed backward from the last one, which led to the offset now."""
     changes: list[Break] = []
     for step in reversed(steps):
         size = step.size / DEGREE

@@ -34,7 +34,7 @@ _ABOUT = {
 
 @dataclass(frozen=True)
 class Contents:
-    """Of a page.
+    """The contents of a page.
 
     Attributes:
         ranked, changes: rows of the tables, times in s since 1970.

@@ -10,7 +10,7 @@ _EVERY_S_IN_A_FILE = 60.0
 
 
 class Progress:
-    """On stderr. `done` counts logs of this run."""
+    """The progress on stderr. `done` counts logs of this run."""
 
     def __init__(self, to_do: int) -> None:
         self._to_do = to_do
@@ -51,6 +51,6 @@ class Progress:
             print("\r", end="", file=sys.stderr, flush=True)
 
     def _write_over(self, line: str) -> None:
-        """With blanks: not every Windows console can clear the rest of a line."""
+        """Writes over the line and pads with blanks: not every Windows console can clear the rest of a line."""
         print(f"\r{line:{self._width}}", end="", file=sys.stderr, flush=True)
         self._width = len(line)

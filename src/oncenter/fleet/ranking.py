@@ -128,7 +128,7 @@ class OfTruck:
         return standing(self._offset.value, self._offset.sd, self._limit_deg)
 
     def _would_decide(self) -> str | None:
-        """For people; None where the limit is outside the interval."""
+        """The advice on how to decide; None where the limit is outside the interval."""
         assert self._offset is not None
         if standing(self._offset.value, self._offset.sd, self._limit_deg) != UNDECIDED:
             return None
@@ -151,7 +151,7 @@ def _counts(name: str, rows: Rows) -> dict[str, Any]:
 
 
 def vehicle_file_of(rows: Rows) -> str | None:
-    """Of the newest drive that has one."""
+    """The vehicle file of the newest drive that has one."""
     return next((row["vehicle_file"] for row in reversed(rows) if row.get("vehicle_file")), None)
 
 
@@ -243,7 +243,7 @@ def rank(trucks: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _strongest_first(row: dict[str, Any]) -> tuple[float, float, str]:
-    """By p-value; where several are zero, by standard deviations from zero."""
+    """The sort key: the p-value; where several are zero, standard deviations from zero."""
     return row["p_value"], -abs(row[OFFSET.value]) / row[OFFSET.sd], str(row["truck"])
 
 

@@ -87,7 +87,7 @@ def priors_of_row(row: Mapping[str, Any]) -> dict[str, float]:
 
 
 def summary_of_row(row: Mapping[str, Any]) -> Summary | None:
-    """None where the drive adds nothing to its truck: no answer, no start time, a fault, no understeer gradient, or a
+    """The summary; None where the drive adds nothing to its truck: no answer, no start time, a fault, no gradient, a
     row of a version before 0.2."""
     values = {column.member: row.get(_PREFIX + column.name) for column in _COLUMNS}
     numbers = {

@@ -184,7 +184,7 @@ class TableFile:
             self._write()
 
     def _write(self) -> None:
-        """By polars: pyarrow would load pandas to convert lists."""
+        """Writes the table by polars: pyarrow would load pandas to convert lists."""
         of_column = {name: [row.get(name) for row in self._rows] for name in self._types}
         for name, type_ in self._types.items():
             if isinstance(type_, pl.Datetime):

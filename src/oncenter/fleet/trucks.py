@@ -53,7 +53,7 @@ class Trucks:
             )
 
     def by_path(self, uri: str) -> Truck | None:
-        """From the file's name, or else the nearest folder's name, that equals a vehicle file's stem, begins with one
+        """The truck by the file's or else the nearest folder's name that equals a vehicle file's stem, begins with one
         followed by neither letter nor digit, or contains a VIN that a file describes."""
         for part in reversed(PurePosixPath(uri.replace("\\", "/")).parts):
             truck = self._by_part(printable_name(part))
@@ -76,7 +76,7 @@ class Trucks:
         return None
 
     def by_vin(self, vin: str) -> Truck | None:
-        """From the longest stem with which the VIN begins."""
+        """The truck of the longest stem with which the VIN begins."""
         for end in range(len(vin), 0, -1):
             if vin[:end] in self._files:
                 return Truck(vin, vin[:end])

@@ -46,7 +46,7 @@ class Driven:
 
 
 def would_decide(offset: Offset, driven: Driven) -> str:
-    """For people, by the larger part of the interval: the drives' own part, or the part common to all drives (pull and
+    """The advice by the larger part of the interval: the drives' own part, or the part common to all drives (pull and
     accelerometer bias)."""
     own = sum(sd**-2.0 for sd in driven.sd) ** -0.5 if driven.sd else offset.spread_sd
     in_common = math.sqrt(max(offset.sd**2 - own**2, 0.0))

@@ -49,7 +49,7 @@ def begin(module: str, sockets: Sequence[socket.socket]) -> subprocess.Popen[byt
 
 
 def taken() -> list[socket.socket]:
-    """In the process started by `begin`: the sockets, in the same order."""
+    """The sockets in the process that `begin` started, in the same order."""
     if sys.platform == "win32":
         print(os.getpid(), flush=True)
         sockets = [socket.fromshare(data) for data in _parts(sys.stdin.buffer.read())]

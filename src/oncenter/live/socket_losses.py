@@ -20,7 +20,7 @@ _MEMINFO_DROPS = 8
 
 
 class SocketLosses:
-    """Of one open bus; zero for an interface that is no socket.
+    """The frames that one open bus lost; zero for an interface that is no socket.
 
     Args:
         bus: of python-can.

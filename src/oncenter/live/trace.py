@@ -127,7 +127,7 @@ class Trace:
 
 
 def unit_of(column: str) -> str:
-    """From the end of the column's name; empty if it has none."""
+    """The unit at the end of the column's name; empty if it has none."""
     ends = [end for end in _UNITS if column.endswith(f"_{end}")]
     return _UNITS[max(ends, key=len)] if ends else ""
 

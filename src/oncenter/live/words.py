@@ -84,7 +84,7 @@ def offset(now: Snapshot) -> Offset:
 
 
 def verdict(now: Snapshot) -> Verdict | None:
-    """On the straight-ahead offset; None before there is an answer."""
+    """The verdict on the straight-ahead offset; None before there is an answer."""
     return None if now.known.answer is None else verdicts_of(now.known.answer)[0]
 
 
@@ -177,7 +177,7 @@ def _long(seconds: float) -> str:
 
 
 def sentence(text: str) -> str:
-    """For a page: a capital, a full stop, a minus sign."""
+    """The text as a sentence of a page: a capital, a full stop, a minus sign."""
     typeset = signed(text)
     return capitalised(typeset) + ("" if typeset.endswith((".", "!", "?")) else ".")
 

@@ -57,7 +57,7 @@ def offset_with_memory(
 
 
 def _path(drive: Signals) -> Path | None:
-    """Of the log, where it is a file."""
+    """The path of the log, where it is a file."""
     path = Path(drive.log)
     return path if path.is_file() else None
 

@@ -124,7 +124,7 @@ def _aged_accelerometer(memory: TruckMemory, p: Mapping[str, float], at_s: float
 
 
 def _aged_wheelbase(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> Remembered | None:
-    """As a share of the vehicle file's."""
+    """The remembered wheelbase as a share of the vehicle file's."""
     if memory.equivalent_wheelbase is None or vehicle.axle_layout in _LIFTS:
         return None
     found = memory.equivalent_wheelbase
@@ -141,7 +141,7 @@ def _if_narrower(aged: Remembered, sd: float) -> Remembered | None:
 
 
 def _gradient_of_next(memory: TruckMemory, at_s: float) -> Remembered | None:
-    """For a drive at an unknown load: the loads so far weighted by their drives, and one drive of another load."""
+    """The gradient of a drive at an unknown load: loads so far, weighted by their drives, and one of another load."""
     if not memory.loads:
         return None
     aged = [(load.drives, load.gradient.aged(at_s, _GRADIENT_WALK)) for load in memory.loads]
@@ -187,7 +187,7 @@ def _apart(remembered: Remembered, found: Remembered) -> float:
 
 
 def _with_standstill(memory: TruckMemory, answer: Answer, start_s: float) -> Remembered | None:
-    """From the reading alone, which contains no prior."""
+    """The accelerometer bias with the reading at standstill alone, which contains no prior."""
     p = answer.params
     if answer.summary is None or math.isnan(answer.summary.standing) or not p["use_accelerometer"]:
         return memory.accelerometer_bias

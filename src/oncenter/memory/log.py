@@ -19,7 +19,7 @@ _KEY_DIGITS = 16
 
 
 def key_of(drive: Signals) -> str:
-    """Of the drive's content: equal for a copy of a log, also in another format without loss."""
+    """The key of the drive's content: equal for a copy of a log, also in another format without loss."""
     digest = hashlib.sha256()
     for name in (SIGNALS[signal].column for signal in _KEY_OF):
         if name in drive.columns:
@@ -36,7 +36,7 @@ def start_in_log(drive: Signals, path: Path | None) -> float | None:
 
 
 def start_of_drive(drive: Signals, path: str | os.PathLike[str] | None = None) -> float:
-    """As `start_in_log`, else from the file's last change less the drive's length; the present time without a file."""
+    """The `start_in_log`, else the file's last change less the drive's length; the present time without a file."""
     first, last = float(drive.columns["time_s"][0]), float(drive.columns["time_s"][-1])
     if EPOCH_S < first < _LAST_S:
         return first

@@ -17,7 +17,7 @@ class Remembered:
     date_s: float
 
     def aged(self, at_s: float, sd_per_root_day: float, sd_between: float = 0.0, sd_min: float = 0.0) -> Remembered:
-        """As prior of another drive.
+        """The quantity as the prior of another drive.
 
         Args:
             at_s: begin of that drive; before `date_s` it counts like after it.
@@ -30,7 +30,7 @@ class Remembered:
         return Remembered(self.value, max(sd, sd_min), at_s)
 
     def combined(self, other: Remembered) -> Remembered:
-        """By Bayes, of two independent values; the date is the later one."""
+        """The combination of two independent values by Bayes; the date is the later one."""
         own, others = 1.0 / self.sd**2, 1.0 / other.sd**2
         total = own + others
         return Remembered(

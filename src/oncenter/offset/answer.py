@@ -58,7 +58,7 @@ class Answer(Estimates):
 
     @property
     def quantities(self) -> dict[str, Estimate]:
-        """By name, for people."""
+        """The quantities by their printed names."""
         return {
             "straight-ahead offset": self.offset,
             "understeer gradient": self.understeer_gradient,

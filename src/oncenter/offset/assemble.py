@@ -172,7 +172,7 @@ def _not_identifiable(
 
 
 def _not_negative(estimate: Estimate) -> Estimate:
-    """With an interval that ends at zero, for a quantity that cannot be negative."""
+    """The estimate with an interval that ends at zero, for a quantity that cannot be negative."""
     if estimate.value is None or estimate.ci95 is None:
         return estimate
     low, high = estimate.ci95

@@ -95,7 +95,7 @@ def _offset_sds(answer: _core.OcAnswer, bias_sd: float, before: float, rate_hz: 
 
 
 def _wider(estimate: _core.OcEstimate, more_sd: float, judged_sd: float, half_width_max: float) -> _core.OcEstimate:
-    """With `more_sd` added in squares; no longer valid where `judged_sd` exceeds the limit."""
+    """The estimate with `more_sd` added in squares; no longer valid where `judged_sd` exceeds the limit."""
     wider = estimate.copy()
     wider["standard_deviation"] = math.hypot(wider["standard_deviation"], more_sd)
     if _core.status_of(wider) == "valid" and 1.96 * judged_sd > half_width_max:
@@ -104,7 +104,7 @@ def _wider(estimate: _core.OcEstimate, more_sd: float, judged_sd: float, half_wi
 
 
 def coarse_recording_findings(native: _core.OcAnswer, coarse: Coarseness, method: Method) -> list[Finding]:
-    """None where the recording is fine enough for the method."""
+    """The findings on a recording that is too coarse for the method."""
     of_steps = coarse.yaw_rate_step > 0.0 and method != "wheel-speed"
     steps = [_of_steps(native, coarse.yaw_rate_step)] if of_steps else []
     return [*steps, _of_rate(coarse.rate_hz)] if coarse.rate_hz > 0.0 else steps

@@ -226,7 +226,7 @@ def _offset(answer: Mapping[str, Any]) -> Offset:
 
 
 def compared(before: Offset, after: Offset, limit_deg: float) -> Comparison:
-    """As `compare`, of offsets."""
+    """The comparison of two offsets, as `compare`."""
     _refuse_other_truck(before, after)
     shared, left = _causes(before, after)
     change = half_width = None

@@ -182,7 +182,7 @@ def _offset(found: Kind, native: _core.OcAnswer) -> Finding | None:
 
 
 def _yaw_rate_bias(native: _core.OcAnswer, method: str, from_vdc2: bool) -> Finding | None:
-    """With the effect of the bias on the offset."""
+    """The yaw rate bias with its effect on the offset."""
     bias, rolled_s = native["yaw_rate_bias"], native["yaw_rate_bias_wheel_time"]
     if _core.status_of(bias) not in ("valid", "converging"):
         return None

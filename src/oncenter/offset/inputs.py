@@ -43,7 +43,7 @@ def with_torque(
 
 
 def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
-    """By their first time stamp; in the given order where they overlap, as logs do that all start at zero.
+    """The drives by their first time stamp; in the given order where they overlap, as logs do that all start at zero.
 
     Raises:
         OncenterError: "no_drive", exit code 2: there is none.
@@ -81,7 +81,7 @@ def _axle(drives: Sequence[Signals]) -> str:
 
 
 def track_widths(vehicle: Vehicle, method: Method, drives: Sequence[Signals]) -> dict[str, float]:
-    """For the core, 0 where not given; for method wheel-speed only that of the axle in use."""
+    """The core's track widths, 0 where not given; for method wheel-speed only that of the axle in use."""
     widths = {"front": vehicle.track_width_front_m or 0.0, "rear": vehicle.track_width_rear_m or 0.0}
     if method == "wheel-speed":
         axle = _axle(drives)
@@ -107,7 +107,7 @@ def without_unfit_wheels(
 
 
 def check_without(unfit: Sequence[Finding], drives: Sequence[Signals], needed: Sequence[str], vehicle: Vehicle) -> None:
-    """As `check`; the error for a missing signal names the wheel speeds that were left out."""
+    """Checks as `check`; the error for a missing signal names the wheel speeds that were left out."""
     try:
         check(drives, needed, vehicle)
     except OncenterError as error:

@@ -81,7 +81,7 @@ def _with_configured_sds(params: Mapping[str, float]) -> Mapping[str, float]:
 
 
 def _change(change: Change) -> Finding | None:
-    """None for a change of the offset that did not last: the offset may be the same as before."""
+    """The change as a finding; None if the offset did not stay changed: it may be the same as before."""
     if change.size_rad is None or change.sd_rad is None:
         return _bends_changed(change)
     if abs(change.size_rad) < 1.96 * change.sd_rad:
@@ -346,7 +346,7 @@ def _interval(
 
 
 def _contributions(native: _core.OcAnswer, params: Mapping[str, float], drive: float, parts: _Parts) -> str:
-    """To the drive's part, the largest first; a gyro bias that was not measured is named in any case."""
+    """The contributions to the drive's part, the largest first; an unmeasured gyro bias is named in any case."""
     never_stood, zero = _core.status_of(native["yaw_rate_bias"]) == "unobservable", _zero(params)
     both = math.hypot(parts.gyro, parts.zero)
     apart = [(parts.gyro, "gyro bias", "", never_stood), (parts.zero, zero, "", False)]

@@ -92,7 +92,7 @@ def _of_all(
     method: Method,
     progress: Callable[[float], None] | None,
 ) -> Answer:
-    """With the wheelbase that fits the drives where the vehicle file is wrong; of several, since their last step."""
+    """The answer with the wheelbase that fits where the file's is wrong; of several drives, since their last step."""
     answer, native = _answered(drives, vehicle, params, method, progress)
     if method != "joint":
         return answer
@@ -109,7 +109,7 @@ def _of_all(
 
 
 def _together(answer: Answer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
-    """Of several logs, since the last step between two of them."""
+    """The answer of several logs, since the last step between two of them."""
     from oncenter.offset.several_logs import across, with_logs, without_steps_within  # late: one log does not need it
 
     runs = (_run((drive,), vehicle, params, "joint", None, None)[0].answer() for drive in drives)
@@ -127,7 +127,7 @@ def _answered(
     method: Method,
     progress: Callable[[float], None] | None,
 ) -> tuple[Answer, _core.OcAnswer]:
-    """From one run of the core over all drives; with the core's own answer."""
+    """The answer from one run of the core over all drives; with the core's own answer."""
     core, changes_found = _run(drives, vehicle, params, method, progress, None)
     coarse = coarseness_of(drives)
     native = widened(core.answer(), coarse, method, params)

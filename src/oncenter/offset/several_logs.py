@@ -52,7 +52,7 @@ class Together:
 
 
 def across(natives: Sequence[_core.OcAnswer], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
-    """From the oc_answer of each log by the joint method, in order of time."""
+    """The steps and the truck's model from each log's oc_answer by the joint method, in order of time."""
     priors = priors_of(params)
     summaries = [summary_of(native, vehicle, params) for native in natives]
     statuses = [_core.status_of(native["offset"]) for native in natives]
@@ -65,7 +65,7 @@ def across(natives: Sequence[_core.OcAnswer], vehicle: Vehicle, params: Mapping[
 
 
 def without_steps_within(logs: Together, changes: Sequence[Change], drives: Sequence[Signals]) -> Together:
-    """Without a step before a log in whose middle the run over all logs found the same change: the change is there. A
+    """The logs less a step before a log in whose middle the run over all found the same change: the change is there. A
     change of another size or sign is that run's first reading of the step, which looks like the play at first."""
 
     def came_within(step: LogStep) -> bool:
@@ -136,13 +136,13 @@ def _change(answer: Answer, offset: float, step: LogStep) -> Change:
 
 @finding("offset_changed", "warning", "deg")
 def _offset_changed(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
-    """Between two logs, by more than load, ride height or wind explain."""
+    """The offset changed between two logs by more than load, ride height or wind explain."""
     return _between(found, change, before)
 
 
 @finding("straight_ahead_moved", "info", "deg")
 def _moved(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
-    """Between two logs, by less."""
+    """The offset changed between two logs by no more than load, ride height or wind explain."""
     return _between(found, change, before)
 
 
@@ -161,7 +161,7 @@ def _between(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
 
 
 def _narrowed(answer: Answer, logs: Together) -> Answer:
-    """With the truck's offset from all logs where its interval is narrower: different loads or many roads separate a
+    """The answer with the truck's offset where its interval is narrower: different loads or many roads separate a
     pull from the accelerometer bias. Not where the run over the logs found a change that is not in the model: with few
     logs since then, the model may treat the new offset as an outlier."""
     model, offset, drive_rad = logs.model, answer.offset, answer.offset_half_width_rad

@@ -84,7 +84,7 @@ def stuck_speed(signals: Signals) -> tuple[Finding, ...]:
 
 
 def rough_ratio_times_wheelbase_m(signals: Signals) -> float | None:
-    """From the bends of a drive; None where there are too few, or where signs or scales contradict each other."""
+    """The product from a drive's bends; None where they are too few, or where signs or scales contradict each other."""
     drive = GridSignals(signals, None)
     if signs_and_units.sign(drive) is not None or signs_and_units.units(drive) is not None:
         return None

@@ -196,7 +196,7 @@ def _step_m_s(drive: GridSignals, axle: Axle) -> float:
 
 
 def _slope(drive: GridSignals, difference: Column) -> tuple[float, float] | None:
-    """Of the difference over the yaw rate, m, with its 95 % half-width; unequal tyre radii and a yaw rate bias are
+    """The slope of the difference over the yaw rate, m, with its 95 % half-width; tyre radii and a yaw rate bias are
     further unknowns."""
     used = np.isfinite(difference * drive.yaw_rate)
     if used.sum() * drive.step_s < MIN_TIME_S:
@@ -216,7 +216,7 @@ _NOT_USED = "The offset is estimated from the other signals, without these wheel
 
 @finding("wheel_speeds_of_axle", "warning")
 def _finding(found: Kind, mismatches: list[_Mismatch]) -> Finding:
-    """Of one axle, or of both with the same mismatch."""
+    """The finding on one axle, or on both with the same mismatch."""
     value = sum(each.value for each in mismatches) / len(mismatches)
     axles = " and ".join(each.axle for each in mismatches)
     text, number, unit = _WORDS[mismatches[0].kind](axles, value)

@@ -67,7 +67,7 @@ class GridSignals:
         return front if self.has(*front) else rear
 
     def ratio_times_wheelbase_m(self) -> float | None:
-        """Of the vehicle file."""
+        """The product by the vehicle file."""
         return None if self.vehicle is None else self.vehicle.ratio_near_centre * self.vehicle.wheelbase_m
 
     def _without_radii(self, difference: Column) -> Column:

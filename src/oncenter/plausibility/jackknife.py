@@ -23,7 +23,7 @@ class Normal:
 
 
 def normal_equations(unknowns: Column, y: Column) -> Normal:
-    """Of y (n,) over the columns of unknowns (n, m)."""
+    """The normal equations of y (n,) over the columns of unknowns (n, m)."""
     parts = list(zip(np.array_split(unknowns, _PARTS), np.array_split(y, _PARTS), strict=True))
     return Normal(
         np.array([a.T @ a for a, _ in parts]),

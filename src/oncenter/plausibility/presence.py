@@ -140,7 +140,7 @@ def _speed_zero(found: Kind, whole_s: float) -> Finding:
 
 
 def _runs_of_one_number(drive: GridSignals, name: str) -> list[slice]:
-    """Where the signal stays at one value for longer than its `_STUCK_S` while the vehicle rolls."""
+    """The runs in which the signal stays at one value for longer than its `_STUCK_S` while the vehicle rolls."""
     rolling = (drive.ticks("vehicle_speed") > ROLLING_M_S)[1:]
     return _runs((np.diff(drive.ticks(name)) == 0.0) & rolling, _STUCK_S[name] * drive.signals.rate_hz)
 
@@ -179,7 +179,7 @@ def _must_have_changed(drive: GridSignals, run: slice) -> bool:
 
 
 def _wheels_spread(drive: GridSignals, run: slice) -> float:
-    """Of the wheel speeds meanwhile, m/s; 0 where they are stuck as well, or where there are too few."""
+    """The spread of the wheel speeds meanwhile, m/s; 0 where they are stuck as well, or where there are too few."""
     wheels = drive.wheel_speed[run.start // drive.ticks_per_step : run.stop // drive.ticks_per_step]
     wheels = wheels[np.isfinite(wheels)]
     if len(wheels) * drive.step_s <= MIN_TIME_S:
@@ -257,7 +257,7 @@ def coarse_step(signals: Signals, name: str) -> float | None:
 
 
 def _step_between(values: Column) -> float | None:
-    """As `resolution`, also of a signal with only a few different values."""
+    """The `resolution`, also of a signal with only a few different values."""
     numbers, counts = np.unique(np.round(values[np.isfinite(values)], 9), return_counts=True)
     recurring = counts >= 3
     if recurring.sum() < 2 or counts[recurring].sum() < _RECURRING_SHARE * counts.sum():

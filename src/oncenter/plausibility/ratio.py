@@ -141,7 +141,7 @@ def _later(values: Column, by_s: float, step_s: float) -> Column:
 
 
 def fit_words(share: float, wheelbase_m: float, steering_ratio: float) -> str:
-    """Of a product that is larger than the vehicle file's by a share, negative where it is smaller."""
+    """The text about a product that exceeds the vehicle file's by a share, negative where it is smaller."""
     axle = "" if abs(share) > FAR_OFF else ". A lifted axle causes the same; then no action is necessary"
     return (
         f"bends need {abs(share) * 100:.0f} % {'more' if share > 0 else 'less'} steering wheel angle than calculated "

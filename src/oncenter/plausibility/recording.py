@@ -30,7 +30,7 @@ class Recorded:
 
 
 def recorded(signals: Signals) -> Recorded:
-    """Of one drive; ticks with decreasing time count as recorded."""
+    """The recorded time of one drive; ticks with decreasing time count as recorded."""
     time = signals.columns["time_s"][_has_a_number(signals)]
     steps = np.diff(time)
     holes = steps[steps > _HOLE_MIN_S] - 1.0 / signals.rate_hz
@@ -67,7 +67,7 @@ def _holes(found: Kind, drive: Recorded) -> list[Finding]:
 
 
 def _ends(signals: Signals, names: Sequence[str]) -> list[Finding]:
-    """At ignition, senders and logger start and stop one after the other."""
+    """The late and early ends of signals: senders and logger start and stop one after the other."""
     having = _has_a_number(signals)
     time = signals.columns["time_s"]
     if not having.any():
@@ -103,7 +103,7 @@ def _ended_early(found: Kind, name: str, early_s: float, effect: str) -> Finding
 
 
 def _effect(whole_s: float, lost_s: float) -> str:
-    """On the offset, of time without a signal at an end of the log."""
+    """The effect on the offset of time without a signal at an end of the log."""
     if lost_s > _LOST_SHARE_MAX * whole_s:
         return "The offset uses only the time with this signal. Check its sender and the logger"
     return "That time is not used; the offset is not affected"

@@ -48,7 +48,7 @@ def sign(found: Kind, drive: GridSignals) -> CheckResult:
 
 
 def _sign_remedy(suspects: list[str], drive: GridSignals) -> str:
-    """By the signs that [signals] gives already: a sign of -1 there may be the mistake."""
+    """The remedy for a reversed sign: a sign of -1 that [signals] gives already may be the mistake."""
     entries = {} if drive.vehicle is None else drive.vehicle.signals
     turned = [name for name in suspects if (entry := entries.get(name.replace(" ", "_"))) and entry.sign == -1]
     if not turned:
@@ -152,7 +152,7 @@ _RELATION = {
 
 
 def _relations(drive: GridSignals) -> dict[str, tuple[float, float, float]]:
-    """By name: the ratio of the drive, and its usual range."""
+    """The relations by name: the ratio of the drive, and its usual range."""
     il = drive.ratio_times_wheelbase_m()
     angle_limits = _ANGLE_PER_CURVATURE_M if il is None else (_ANGLE_PER_IL[0] * il, _ANGLE_PER_IL[1] * il)
     pairs = {

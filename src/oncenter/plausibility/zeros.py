@@ -27,18 +27,18 @@ _GYRO_EFFECT = (
 
 
 def yaw_rate_at_standstill(bias: float, standing_s: float, *, from_vdc2: bool) -> Finding | None:
-    """None where the bias (rad/s, mean over `standing_s` s) is small; `from_vdc2`: J1939's VDC2 is its source."""
+    """The bias (rad/s, mean over `standing_s` s) where it is not small; `from_vdc2`: J1939's VDC2 is its source."""
     return _yaw_rate(bias, f"at standstill (mean of {standing_s:.1f} s)", from_vdc2=from_vdc2)
 
 
 def yaw_rate_beside_wheels(bias: float, rolled_s: float, *, from_vdc2: bool) -> Finding | None:
-    """None where the bias (rad/s, at the end, from `rolled_s` s of wheel speeds) is small."""
+    """The bias (rad/s, at the end, from `rolled_s` s of wheel speeds) where it is not small."""
     return _yaw_rate(bias, f"when the truck does not turn (from {rolled_s:.0f} s of wheel speeds)", from_vdc2=from_vdc2)
 
 
 @finding("yaw_rate_bias", "warning", "deg/s")
 def _yaw_rate(found: Kind, bias: float, when: str, *, from_vdc2: bool) -> Finding | None:
-    """Not small."""
+    """The yaw rate bias is not small."""
     if abs(bias) < _YAW_RATE_BIAS_REPORTED_FROM_RAD_S:
         return None
     text = f"the yaw rate sensor reads {bias / DEGREE:+.2f} deg/s {when}"
@@ -51,7 +51,7 @@ def _yaw_rate(found: Kind, bias: float, when: str, *, from_vdc2: bool) -> Findin
 def lateral_acceleration_at_standstill(
     found: Kind, reading: float, standing_s: float, effect: str = _JOINT_ALLOWS_FOR_IT
 ) -> Finding | None:
-    """None where the reading (m/s^2, mean over `standing_s` s) is small; `effect` on the offset in words."""
+    """The reading (m/s^2, mean over `standing_s` s) is not small; `effect` on the offset in words."""
     if abs(reading) < _STANDING_ACCELERATION_REPORTED_FROM_M_S2:
         return None
     slope = abs(reading) / STANDARD_GRAVITY * 100.0
@@ -65,7 +65,7 @@ def lateral_acceleration_at_standstill(
 
 @finding("relative_angle_sensor", "info")
 def relative_angle_sensor(found: Kind) -> Finding:
-    """For an angle sensor that reports an arbitrary zero."""
+    """The angle sensor reports that its zero is arbitrary."""
     return found(
         "the steering wheel angle sensor is a relative one: its zero can change at each ignition. Whole turns of the "
         "steering wheel are left out of the offset. The offset is valid for this ignition only. Do not store it as a "

@@ -217,7 +217,7 @@ def _time(nibbles: npt.NDArray[np.uint8], starts: Places, bracket: Places) -> tu
 
 
 def _seconds(stamp: bytes) -> float:
-    """From seconds, or from a date (`candump -tA`), read as UTC: its zone is unknown, and only differences count."""
+    """The time of seconds or of a date (`candump -tA`), read as UTC: its zone is unknown, only differences count."""
     if b"-" not in stamp:
         return float(stamp)
     return datetime.fromisoformat(stamp.decode()).replace(tzinfo=UTC).timestamp()

@@ -69,7 +69,7 @@ def choose(
 
 
 def without_number(candidates: Sequence[Samples]) -> list[tuple[Samples, Source]]:
-    """For each signal without any valid sample so far, the source that would be used."""
+    """The source that would be used of each signal without any valid sample so far."""
     given = []
     for signal in SIGNALS:
         having = [samples for samples in candidates if samples.signal == signal]

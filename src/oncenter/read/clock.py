@@ -190,7 +190,7 @@ def _backward_notes(samples: Samples, log: str) -> list[str]:
 
 
 def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
-    """Without samples whose time is not later than all times before."""
+    """The samples without those whose time is not later than all times before."""
     latest = np.maximum.accumulate(samples.time)
     later = np.concatenate(([True], samples.time[1:] > latest[:-1]))
     if later.all():
@@ -257,7 +257,7 @@ def _is_slower(samples: Samples, rate: float) -> bool:
 
 @dataclass(frozen=True)
 class _Way:
-    """From samples to ticks: the sample before each tick, the weight of the next one, whether to interpolate."""
+    """The way from samples to ticks: the sample before each tick, the next one's weight, whether to interpolate."""
 
     before: npt.NDArray[np.int64]
     weight: Column
@@ -284,7 +284,7 @@ def bridge_s(samples: Samples) -> float:
 
 
 def at_ticks(signal: str, time: Column, values: Column, ticks: Column, span_s: float) -> Column:
-    """At least two samples interpolated at the ticks; NaN where they are farther apart than the span."""
+    """The signal at the ticks, from at least two samples; NaN where they are farther apart than the span."""
     return _along(signal, values, _way(time, ticks, span_s))
 
 

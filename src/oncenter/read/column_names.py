@@ -10,7 +10,7 @@ from oncenter.read.units import is_unit
 
 
 def column_names(path: Path) -> dict[str, str]:
-    """By column, its unit from a row of units below the header, else ""; empty for a file that is no CSV or Parquet.
+    """The unit of each column by a row of units below the header, else ""; empty for a file that is no CSV or Parquet.
 
     Raises:
         OncenterError: the file cannot be read.

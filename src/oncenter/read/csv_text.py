@@ -122,7 +122,7 @@ def _unpacked(path: Path, data: bytes) -> bytes:
 
 
 def _from_header(data: bytes) -> bytes:
-    """Without leading empty lines, comments and Excel's `sep=;`."""
+    """The data without leading empty lines, comments and Excel's `sep=;`."""
     while data:
         line, _, rest = data.partition(b"\n")
         if line.strip() and not line.startswith((b"#", b"sep=")):

@@ -127,7 +127,7 @@ def _last(path: str | None) -> str | None:
 
 
 def _kind(path: Path) -> str:
-    """As cantools names it; any other suffix means DBC."""
+    """The format as cantools names it; any other suffix means DBC."""
     suffix = path.suffix.lower().removeprefix(".")
     return suffix if suffix in (*_XML, "sym") else "dbc"
 
@@ -167,7 +167,7 @@ def _refuse_absurd_dbc(text: str, name: str) -> None:
 
 
 def _refuse_absurd_sym(text: str, name: str) -> None:
-    """As for DBC; also, cantools makes a message for each identifier of a range."""
+    """Refuses absurd sizes as for DBC; also, cantools makes a message for each identifier of a range."""
     bare = _NOT_READ.sub(" ", text)
     if _LONG_NUMBER.search(bare):
         raise _bad(f"the database {name} has a number with too many digits")
@@ -208,7 +208,7 @@ def _refuse_absurd_xml(text: str, name: str) -> None:
 
 
 def _whole(text: str) -> int:
-    """Also 0x10 and 1e3, as in ARXML; 0 for text that is not a number: cantools reports it."""
+    """The number in a text, also 0x10 and 1e3 as in ARXML; 0 where there is none: cantools reports it."""
     written = text.strip()
     try:
         return int(written, 16) if written.lower().startswith("0x") else min(int(float(written)), _BITS_MAX + 1)

@@ -29,7 +29,7 @@ def read_here(
     take: Mapping[str, str],
     progress: Callable[[float], None],
 ) -> Signals:
-    """As `read`, but always in this process, with the library for that format.
+    """Reads as `read`, but always in this process, with the library for that format.
 
     Raises:
         OncenterError: as `read`.

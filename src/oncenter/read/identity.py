@@ -122,6 +122,6 @@ def _taken(pgn: int, between: int, data: bytes, open_messages: dict[int, tuple[i
 
 
 def _plain(vin: str | None) -> str | None:
-    """Without terminator and padding; None unless letters and digits are left."""
+    """The VIN without terminator and padding; None unless letters and digits are left."""
     text = (vin or "").split("*")[0].strip("\0 \xff").strip()
     return text if text and text.isascii() and text.isalnum() else None

@@ -169,7 +169,7 @@ NAMES = {
 
 
 def home(signal: str) -> str:
-    """Where J1939 carries a signal, for messages: "PGN 61449 VDC2, SPN 1807". Empty if nowhere."""
+    """The place of a signal in J1939, for messages: "PGN 61449 VDC2, SPN 1807". Empty if nowhere."""
     found = [
         (message, parameter)
         for message in MESSAGES.values()

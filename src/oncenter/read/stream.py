@@ -153,7 +153,7 @@ class Stream:
         return not self._senders
 
     def missing(self) -> str:
-        """While listening: the missing and the received signals, or why it is paused; empty if nothing is missing."""
+        """The missing and the received signals while listening, or why it is paused; empty if nothing is missing."""
         if self.paused is not None:
             return f"paused: {self.paused}"
         if not self.listening or not self._pgns_received:
@@ -260,7 +260,7 @@ class Stream:
     def _chosen(
         self, candidates: Sequence[Samples], take: Mapping[str, str]
     ) -> tuple[list[Samples], dict[str, Source], dict[str, str]]:
-        """As `choose`, with the signals that it left out although they have valid samples, each with its note."""
+        """The choice of `choose`, and the signals that it left out although they have valid samples, with a note."""
         notes: list[str] = []
         chosen, sources = choose.choose(candidates, take, self.name, notes)
         numbered = {samples.signal for samples in candidates if samples.not_available < len(samples.values)}

@@ -86,7 +86,7 @@ def _distinct(columns: Sequence[str]) -> bool:
 
 
 def _without_short_rows(path: Path, frame: pl.DataFrame, text: bytes, separator: str, notes: list[str]) -> pl.DataFrame:
-    """Without rows that were cut: their last number may also be cut and still look valid."""
+    """The table without rows that were cut: their last number may also be cut and still look valid."""
     if not frame.width or not frame[frame.columns[-1]].null_count():
         return frame
     whole = whole_rows(text, separator)
@@ -174,7 +174,7 @@ def samples_of(
 
 
 def _has_content(frame: pl.DataFrame) -> list[pl.Expr]:
-    """By column, whether a cell has content: an empty line of a CSV file is not a row."""
+    """Whether a cell has content, for each column: an empty line of a CSV file is not a row."""
     return [pl.col(name).is_not_null() for name in frame.columns]
 
 

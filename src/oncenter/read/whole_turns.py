@@ -96,7 +96,7 @@ class WholeTurns:
 
 
 def _is_within_half_turn(ticks: Mapping[str, Column]) -> npt.NDArray[np.bool_]:
-    """Where the true angle is certainly below half a turn: fast or straight. Without a speed: everywhere."""
+    """Whether the true angle is certainly below half a turn: fast or straight. Without a speed: everywhere."""
     if _SPEED not in ticks:
         return np.ones(len(ticks["time_s"]), bool)
     speed = ticks[_SPEED]

@@ -24,7 +24,7 @@ def damaged(name: str, reason: str, remedy: str = "copy or export it again") -> 
 
 
 def counted(number: int, noun: str) -> str:
-    """As "1 line" or "3 lines"."""
+    """The number with its noun: "1 line" or "3 lines"."""
     return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 

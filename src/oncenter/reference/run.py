@@ -201,7 +201,7 @@ def _both_ways(log: str, found: Sequence[Straight]) -> tuple[Straight, float]:
 
 
 def _part(straight: Straight, low_m: float, high_m: float) -> Straight:
-    """Of a straight, from one coordinate along it to another."""
+    """The part of a straight from one coordinate along it to another."""
     cosine, sine = math.cos(straight.course_rad), math.sin(straight.course_rad)
     begin, end = (
         (straight.begin_m[0] + along_m * cosine, straight.begin_m[1] + along_m * sine) for along_m in (low_m, high_m)

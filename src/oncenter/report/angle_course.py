@@ -50,7 +50,7 @@ class AngleCourse:
 def angle_course(
     table: pl.DataFrame, signals: Signals, sensor_lost_at: float | None, true_rad: Floats | None
 ) -> AngleCourse:
-    """From `oncenter.angle`'s table and its drive; `true_rad` of shape (n,) if a simulation gives it."""
+    """The course from `oncenter.angle`'s table and its drive; `true_rad` of shape (n,) if a simulation gives it."""
     column = {name: table[name].to_numpy() for name in table.columns}
     time = column["time_s"] - (column["time_s"][0] if len(table) else 0.0)
     angle = column["steering_wheel_angle_rad"] / DEGREE
@@ -83,7 +83,7 @@ def _reference(
     trusted: np.ndarray[tuple[int], np.dtype[np.bool_]],
     true_rad: Floats | None,
 ) -> tuple[Floats | None, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
-    """In deg, and where it is valid."""
+    """The reference angle in deg, and where it is valid."""
     if true_rad is not None:
         return true_rad / DEGREE, np.isfinite(true_rad)
     if "measured_rad" not in column:

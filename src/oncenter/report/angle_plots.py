@@ -158,7 +158,7 @@ def _line(picture: figure, course: AngleCourse, rows: Indices, values: Floats, c
 
 
 def _columns(course: AngleCourse, rows: Indices, values: Floats) -> tuple[Indices, Floats, dict[str, Any]]:
-    """Of these rows those that keep the outline, with their time and values broken at holes."""
+    """The rows that keep the outline, with their time and values broken at holes."""
     kept = rows[extremes(values[rows], _BINS)]
     return kept, *broken_at_holes(course.time, kept, course.holes, {"y": values})
 

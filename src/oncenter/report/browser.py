@@ -138,7 +138,7 @@ def _run(command: list[str], timeout_s: float) -> str:
 
 
 def _stop(running: subprocess.Popen[bytes]) -> None:
-    """With its child processes, where the system groups them."""
+    """Stops the browser with its child processes, where the system groups them."""
     if sys.platform == "win32":
         running.kill()
     else:

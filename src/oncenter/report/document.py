@@ -119,7 +119,7 @@ def sentence(text: str) -> str:
 
 
 def duration(seconds: float) -> str:
-    """As people say it: 45.0 s, 12 min 5 s, 3 h 2 min."""
+    """The duration in the usual words: 45.0 s, 12 min 5 s, 3 h 2 min."""
     if seconds < 60.0:
         return f"{seconds:.1f} s"
     minutes, rest = divmod(round(seconds), 60)

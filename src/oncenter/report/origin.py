@@ -30,14 +30,14 @@ class Origin:
 
 
 def origin_of(drives: Sequence[Signals]) -> Origin:
-    """Of drives whose `log` may be a file, which is asked for what its signals table lacks; now, by this user."""
+    """The origin of drives, from the file `log` where the signals table has no VIN or start; now, by this user."""
     vins = (drive.vin or _vin_in_file(drive.log) for drive in drives)
     starts = [start for start in map(_start, drives) if start is not None]
     return Origin(next(filter(None, vins), None), min(starts, default=None), _user(), utc(time.time()))
 
 
 def _vin_in_file(log: str) -> str | None:
-    """Of a table, whose signals are read without it; frames have given theirs."""
+    """The VIN in a table, whose signals are read without it; frames have given theirs."""
     path = _file(log)
     return None if path is None or not path.name.lower().endswith((".parquet", ".csv", ".csv.gz")) else vin_of(path)
 

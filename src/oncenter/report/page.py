@@ -327,7 +327,7 @@ def _signal_name(name: str) -> str:
 
 
 def _param(name: str, value: float) -> tuple[str, str]:
-    """As a vehicle file may hold it: angles in deg. A narrow window breaks the name after an underscore."""
+    """A param as in a vehicle file: angles in deg. A narrow window breaks the name after an underscore."""
     parts = name.split("_")
     shown = escape("_".join("deg" if part == "rad" else part for part in parts)).replace("_", "_<wbr>")
     return shown, f"{value / DEGREE if 'rad' in parts else value:.4g}"

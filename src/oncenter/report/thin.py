@@ -61,7 +61,7 @@ def broken_at_holes(
 
 
 def sample(rows: Indices, count: int) -> Indices:
-    """At most `count` of the rows, picked at random but always the same, in order."""
+    """A sample of at most `count` rows, picked at random but always the same, in order."""
     if len(rows) <= count:
         return rows
     return np.sort(np.random.default_rng(1).choice(rows, count, replace=False))

@@ -53,7 +53,7 @@ def _distance_km(drives: tuple[Signals, ...]) -> float:
 
 
 def _distance_m(drive: Signals) -> float:
-    """Without the time in which no speed is available."""
+    """The distance without the time in which no speed is available."""
     if _SPEED not in drive.columns:
         return 0.0
     speed = drive.columns[_SPEED]
@@ -78,6 +78,6 @@ def _ends(drive: Signals) -> list[str]:
 
 
 def _position(latitude: float, longitude: float) -> str:
-    """To a thousandth of a degree, some 100 m."""
+    """The position to a thousandth of a degree, some 100 m."""
     north, east = "N" if latitude >= 0.0 else "S", "E" if longitude >= 0.0 else "W"
     return f"{abs(latitude):.3f}° {north}, {abs(longitude):.3f}° {east}"

@@ -183,7 +183,7 @@ class ProfileManoeuvre(Section):
 
 
 class RampManoeuvre(Section):
-    """From zero to a first angle, hold, then to a second, at one rate (Figure 12); with from_deg = 0 a step steer."""
+    """A ramp from zero to a first angle, a hold, a ramp to a second (Figure 12); with from_deg = 0 a step steer."""
 
     kind: Literal["ramp"]
     begin_s: NotNegative

@@ -193,7 +193,7 @@ def _find(scenario: str | os.PathLike[str]) -> Path:
 
 
 def _shipped() -> dict[str, Path]:
-    """By name."""
+    """The shipped scenarios by name."""
     return {file.stem: file for file in shipped("scenarios").glob("*.toml")}
 
 

@@ -180,7 +180,7 @@ class Accelerometer(Sensor):
 
 
 class LateralAccelerometer(Accelerometer):
-    """With its mounting. Angles are small: the lateral acceleration itself is read in full."""
+    """An accelerometer with its mounting. Angles are small: the lateral acceleration itself is read in full."""
 
     resolution_m_s2: NotNegative = 1.0 / 2048.0  # SPN 1809
     range_m_s2: Positive = 15.687  # SPN 1809
@@ -213,7 +213,7 @@ class SpeedSensor(Sensor):
 
 
 class RadiusErrors(Section):
-    """By how much each wheel's rolling radius exceeds the control unit's value; a larger wheel reads less."""
+    """The share by which each wheel's rolling radius exceeds the control unit's value; a larger wheel reads less."""
 
     front_left: _Percent = 0.0
     front_right: _Percent = 0.0

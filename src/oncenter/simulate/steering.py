@@ -110,7 +110,7 @@ def _twist_rad(steering: Steering, moment_n_m: float) -> float:
 
 
 def _ride_height_steer_rad(truck: Truck) -> float:
-    """At the steering wheel."""
+    """The steering by the ride height, at the steering wheel."""
     return truck.load_change.ride_height_steer_deg * DEGREE if truck.load_change is not None else 0.0
 
 

@@ -58,7 +58,7 @@ class _Body:
 
 
 def first_axle_distance_m(truck: Truck) -> float:
-    """From the centre of gravity, payload included, to the first axle."""
+    """The distance from the centre of gravity, payload included, to the first axle."""
     return _body(truck).behind_m
 
 

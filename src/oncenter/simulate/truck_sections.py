@@ -233,7 +233,7 @@ class Steering(Section):
 
     @property
     def ratio_near_centre(self) -> float:
-        """In left turns, including the ripple of the universal joints."""
+        """The ratio near centre in left turns, including the ripple of the universal joints."""
         ripple_rad = self.universal_joint_ripple_deg * DEGREE
         slope = 1.0 + 2.0 * ripple_rad * math.cos(2.0 * self.universal_joint_phase_deg * DEGREE)
         return near_centre(self.steering_ratio) / slope

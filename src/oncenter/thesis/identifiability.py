@@ -134,7 +134,7 @@ def _angle_of_other_truck(model: Model, factor: float, x: Array) -> Array:
 
 
 def rank(columns: Array) -> int:
-    """Of columns scaled to length one."""
+    """The rank of the columns, scaled to length one."""
     scaled = columns / np.linalg.norm(columns, axis=0)
     return int(np.linalg.matrix_rank(scaled, tol=_NONE * np.linalg.norm(scaled, 2)))
 

@@ -24,7 +24,7 @@ def escape(text: str) -> str:
 
 
 def in_order(exhibits: Sequence[Exhibit]) -> list[Exhibit]:
-    """By their numbers: figures, then tables, then equations."""
+    """The exhibits by their numbers: figures, then tables, then equations."""
 
     def place(exhibit: Exhibit) -> tuple[bool, bool, int, str]:
         digits = re.search(r"\d+", exhibit.number)
@@ -35,7 +35,7 @@ def in_order(exhibits: Sequence[Exhibit]) -> list[Exhibit]:
 
 
 def _section(where: str) -> tuple[int, ...]:
-    """For sorting: (4, 1) of "4.1, Fig. 10"; other beginnings come last."""
+    """The section as a sort key: (4, 1) of "4.1, Fig. 10"; other beginnings come last."""
     found = re.match(r"[\d.]+", where)
     return tuple(int(part) for part in found[0].split(".") if part) if found else (99,)
 

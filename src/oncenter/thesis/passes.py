@@ -42,7 +42,7 @@ class _Pass:
 
     @property
     def enough_deg(self) -> float:
-        """After 20 s of estimation."""
+        """The offset after 20 s of estimation."""
         return float(self.offset_deg[np.searchsorted(self.evidence_s, _ENOUGH_S)])
 
 
@@ -59,7 +59,7 @@ class _Known:
 
     @property
     def band_deg(self) -> tuple[float, float]:
-        """As the thesis draws it: 95 % of the places of the reference drive."""
+        """The band that the thesis draws: 95 % of the places of the reference drive."""
         return self.midpoint_deg - 1.96 * self.place_sd_deg, self.midpoint_deg + 1.96 * self.place_sd_deg
 
 

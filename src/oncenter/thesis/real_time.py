@@ -359,7 +359,7 @@ _COLOURS = {_WSS: THESIS, _YRS: OTHER, _OBSERVER: OURS}
 
 
 def _with_error(canvas: Canvas, drive: Manoeuvre, methods: tuple[Method, ...], said: str, *errors_deg: Array) -> None:
-    """With the errors that the thesis states, by those words, to both sides."""
+    """Draws the drive with the errors that the thesis states, by those words, to both sides."""
     _, below = _above_and_below(canvas, drive, methods)
     for error in errors_deg:
         for side in (-1.0, 1.0):

@@ -44,7 +44,7 @@ def run(progress: Progress) -> list[Exhibit]:
 
 
 def _turning_centre() -> tuple[float, float]:
-    """Where the perpendiculars to both axles' motion meet; the rear axle is at the origin."""
+    """The point where the perpendiculars to both axles' motion meet; the rear axle is at the origin."""
     front, rear = _STEER - _SLIP_FRONT, -_SLIP_REAR
     distance = _WHEELBASE_M / (np.tan(front) - np.tan(rear))  # across, from the truck's middle
     return float(-np.tan(rear) * distance), float(distance)

@@ -76,7 +76,7 @@ def label(axes: Axes, place: Point, text: str, color: str = INK, ground: bool = 
 
 
 def wheel(axes: Axes, centre: Point, angle: float, length: float, width: float) -> None:
-    """From above, rolling in the direction of `angle`, rad."""
+    """Draws a wheel from above, rolling in the direction of `angle`, rad."""
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
     corners = np.array([[1, 1], [-1, 1], [-1, -1], [1, -1]]) * [length / 2, width / 2]
     axes.add_patch(Polygon(corners @ turn.T + centre, closed=True, facecolor=GRID, edgecolor=INK, lw=1.1, zorder=2))

@@ -18,7 +18,7 @@ Numbers = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Summary:
-    """Of one drive. SI and rad; NaN where not identified.
+    """The summary of one drive. SI and rad; NaN where not identified.
 
     `offset` is the sensor reading at the neutral lateral acceleration, `offset_sd` of this drive's part of its
     uncertainty. `with_unloading` and `with_play` are the offset's covariances with the neutral lateral acceleration and
@@ -43,7 +43,7 @@ class Summary:
 
 
 def summary_of(native: _core.OcAnswer, vehicle: Vehicle, params: Mapping[str, float]) -> Summary:
-    """From the joint method's oc_answer as a dict. Configured values of pull and accelerometer bias in `params` are
+    """The summary of the joint method's oc_answer. Configured values of pull and accelerometer bias in `params` are
     subtracted, so that those of the truck are zero on average: the core subtracted a configured pull from the
     offset."""
     bias = params["known_accelerometer_bias_m_s2"] if params["known_accelerometer_bias_sd_m_s2"] > 0.0 else 0.0

@@ -67,7 +67,7 @@ def _first_guess(offset: Numbers, sd: Numbers) -> tuple[Numbers, Numbers]:
 
 @dataclass(frozen=True)
 class Step:
-    """Of the offset of truck `truck`, between drives `at - 1` and `at`, detected at drive `found`; rad."""
+    """A step of the offset of truck `truck`, between drives `at - 1` and `at`, detected at drive `found`; rad."""
 
     truck: int
     at: int
@@ -273,7 +273,7 @@ class _Candidates:
             array[has, 0] = 0.0
 
     def update(self, row: Numbers, places: Sequence[int], innovation: Numbers, per: Numbers, weighted: Numbers) -> None:
-        """For a reading of the filter: the innovation of a unit step is its part that the state does not contain."""
+        """Adds a reading of the filter: the innovation of a unit step is its part that the state does not contain."""
         expected = row[:, None, OFFSET] - _times(self.signature, row[:, None, :], places)
         self.information += expected * expected * per[:, None]
         self.evidence += expected * (innovation * per)[:, None]

@@ -19,7 +19,7 @@ _LOADS_DIFFER = 0.2  # of the largest gradient above the smallest: tuned, twice 
 
 @dataclass(frozen=True)
 class Trucks:
-    """After their last drives, each member of shape (trucks,); SI and rad.
+    """The trucks after their last drives, each member of shape (trucks,); SI and rad.
 
     `offset` is the straight-ahead offset of the drives since the last step, at the truck's mean load, with the standard
     deviation, pull and crown included; `spread_sd` is without these: of the drives since the last step alone.

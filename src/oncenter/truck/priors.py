@@ -50,7 +50,7 @@ class Priors:
 
 
 def priors_of(params: Mapping[str, float] | None = None) -> Priors:
-    """From the core's params, its defaults where there are none; configured values of the truck replace its priors."""
+    """The priors from the core's params, by default its defaults; configured values of the truck replace priors."""
     used = _core.default_params() | dict(params or {})
     priors = Priors(
         pull_sd_m_s2=used["known_pull_sd_m_s2"] or used["pull_sd_m_s2"],

@@ -64,7 +64,7 @@ class Loads:
     sure: npt.NDArray[np.bool_]
 
     def differ_by(self) -> Numbers:
-        """Of each truck, the largest accurate gradient of a drive above the smallest, as a share."""
+        """The excess of each truck's largest accurate gradient of a drive over the smallest, as a share."""
         largest = np.max(np.where(self.sure, self.gradient, 0.0), axis=1)
         smallest = np.min(np.where(self.sure, self.gradient, np.inf), axis=1)
         return np.where(largest > 0.0, largest / smallest - 1.0, 0.0)
@@ -95,7 +95,7 @@ def loads_of(drives: Summaries, priors: Priors) -> Loads:
 
 
 def readings(drives: Summaries, priors: Priors, d: int, loads: Loads) -> Iterator[Reading]:
-    """Of drive `d` of each truck, independent of each other; the offset's comes last."""
+    """The readings of drive `d` of each truck, independent of each other; the offset's comes last."""
     side = drives.side[:, d]
     crown = side * priors.crown_m_s2
     along = np.where(side == 0.0, 1.0, side)
@@ -177,7 +177,7 @@ def _without_priors(drives: Summaries, priors: Priors, d: int) -> _Alone:
 
 
 def _less_prior(variance: Numbers, prior: Numbers | float) -> Numbers:
-    """Of the evidence alone; at most a hundred times the variance."""
+    """The variance of the evidence alone; at most a hundred times the variance with the prior."""
     return np.asarray(variance / np.maximum(1.0 - variance / prior, 0.01))
 
 

@@ -85,7 +85,7 @@ def _unusual(truck: Vehicle) -> Iterator[str]:
 
 
 def _in_log(truck: Vehicle, drive: Signals) -> Iterator[tuple[str, str]]:
-    """By signal, its source in the log or a note about why there is none."""
+    """Each signal with its source in the log or a note about why there is none."""
     for name in dict.fromkeys((*NEEDED, *truck.signals)):
         if name == "time":
             continue

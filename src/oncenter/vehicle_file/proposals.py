@@ -69,7 +69,7 @@ class Proposal:
 
     @property
     def remark(self) -> str:
-        """For people: the comment in the file, and an assumed unit; empty where there is neither."""
+        """The comment in the file, and an assumed unit; empty where there is neither."""
         about = f'"{self.named.comment}". ' if self.named.comment else ""
         given = f"the unit {self.named.unit}" if self.named.unit else "no unit"
         assumed = (
@@ -78,12 +78,12 @@ class Proposal:
         return f"{about}{assumed}".strip()
 
     def signal_name(self) -> SignalName:
-        """As readers of logs take it."""
+        """The name as readers of logs take it."""
         known = factors(self.signal)
         return SignalName(self.named.name, self.unit or next(unit for unit in _USUAL_UNITS if unit in known))
 
     def entry(self) -> dict[str, object]:
-        """As a vehicle file holds it."""
+        """The entry of a vehicle file."""
         name = self.signal_name()
         return {"name": name.name, "unit": name.unit, "sign": name.sign}
 

@@ -8,10 +8,10 @@ from oncenter.files.shipped import shipped
 
 
 def shipped_files() -> list[Path]:
-    """In order of their names."""
+    """The shipped files in order of their names."""
     return sorted(shipped("vehicles").glob("*.toml"))
 
 
 def shipped_names() -> list[str]:
-    """As `--vehicle` takes them."""
+    """The names that `--vehicle` takes."""
     return [path.stem for path in shipped_files()]

@@ -30,7 +30,7 @@ def angle_sensor(answer: Estimates) -> Verdict:
 
 
 def free_play(answer: Estimates) -> Verdict:
-    """By the maintenance standard of thesis 2.1."""
+    """The verdict on free play by the maintenance standard of thesis 2.1."""
     about: About = "free play"
     if answer.method != "joint":
         action = "Use the method joint to measure it."
@@ -98,7 +98,7 @@ def accelerometer(answer: Estimates) -> Verdict:
 
 
 def _standing(about: About, reading: float, worst: float) -> Verdict:
-    """By Table 1's largest bias, since no ground that a truck parks on slopes as much."""
+    """The verdict by Table 1's largest bias, since no ground that a truck parks on slopes as much."""
     state: State = "repair" if abs(reading) > worst else "check"
     beside = f"specified {worst:.2f} m/s^2 at most" if state == "repair" else "level ground gives 0"
     headline = f"{state.capitalize()}: it reads {reading:+.2f} m/s^2 at standstill ({beside})."

@@ -8,12 +8,12 @@ from oncenter.signals import DEGREE
 
 
 def rounded(value_rad: float) -> float:
-    """To 0.1 deg; never -0.0."""
+    """The angle in deg to 0.1 deg; never -0.0."""
     return round(value_rad / DEGREE, 1) + 0.0
 
 
 def half_width(half_width_rad: float) -> float:
-    """To 0.1 deg, and at least that."""
+    """The half-width in deg to 0.1 deg, and at least that."""
     return max(rounded(half_width_rad), 0.1)
 
 

@@ -23,7 +23,7 @@ State = Literal[
 
 @dataclass(frozen=True)
 class Verdict:
-    """In plain English, one or two sentences each.
+    """A verdict in plain English, one or two sentences each.
 
     Attributes:
         headline: the verdict with its numbers.

@@ -20,7 +20,7 @@ _PERCENT = 0.01
 
 @dataclass(frozen=True)
 class _Bias:
-    """In the sensor's own unit; times `si` it is in `unit`."""
+    """A bias in the sensor's own unit; times `si` it is in `unit`."""
 
     signal: str
     constants: Mapping[str, float]  # by kind

@@ -1,4 +1,4 @@
-"""From a true value to a reading: latency, low pass, noise, range, resolution, hold, correlated errors."""
+"""The way from a true value to a reading: latency, low pass, noise, range, resolution, hold, correlated errors."""
 
 from __future__ import annotations
 

@@ -102,7 +102,7 @@ def _radius_factor(name: str, corner: str, sensor: WheelSpeedSensors, count: int
 
 
 def _sent_at(count: int, repeat_share: float, random: np.random.Generator) -> npt.NDArray[np.intp]:
-    """For every tick, the tick at which the values of its frame were new: some frames repeat the one before."""
+    """The tick at which the values of each tick's frame were new: some frames repeat the one before."""
     frame = np.arange(count) // _TICKS_A_FRAME
     is_new = random.random(frame[-1] + 1) >= repeat_share
     is_new[0] = True

@@ -14,7 +14,7 @@ def write_csv(table: pl.DataFrame, path: Path) -> None:
 
 
 def write_csv_gz(table: pl.DataFrame, path: Path) -> None:
-    """Without a time stamp in the gzip header."""
+    """Writes the table without a time stamp in the gzip header."""
     text = io.BytesIO()
     table.write_csv(text)
     path.write_bytes(gzip.compress(text.getvalue(), compresslevel=6, mtime=0))

@@ -44,7 +44,7 @@ Record = dict[str, Any]
 
 
 def courses(drive: Drive, methods: Sequence[str]) -> Iterator[tuple[str, Course, float, str]]:
-    """For each method: name, values minute by minute, CPU time per tick in ns, and the reason if it gives no answer."""
+    """Each method's name, values minute by minute, CPU time per tick in ns, and the reason if it gives no answer."""
     theirs = rivals()
     for name in methods:
         began = time.process_time_ns()
@@ -159,7 +159,7 @@ class Summary:
 
 
 def summarise(table: pl.DataFrame) -> list[Summary]:
-    """By row and method, in the order of the table."""
+    """The summaries by row and method, in the order of the table."""
     return [
         _summary(str(row), str(method), part)
         for (row, method), part in table.group_by("row", "method", maintain_order=True)

@@ -85,7 +85,7 @@ def _legend(plot: Any, letters: str, **settings: Any) -> None:
 
 
 def _rows_plot(summaries: Sequence[Summary]) -> Any:
-    """For each row the joint method, the thesis and the best rival: a dot at the median, a line to the 95th
+    """The joint method, the thesis and the best rival of each row: a dot at the median, a line to the 95th
     percentile."""
     rows = list(dict.fromkeys(s.row for s in summaries))
     plot = _figure(

@@ -19,7 +19,7 @@ OXTS_OFFSET_DEG = {"cpg_fast_lap": 0.27, "cpg_slow_lap": 0.34}
 
 @dataclass(frozen=True)
 class Said:
-    """In deg; `refusal` is the reason if there is no answer."""
+    """A method's offset of a real drive, deg; `refusal` is the reason if there is no answer."""
 
     drive: str
     method: str

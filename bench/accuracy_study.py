@@ -50,12 +50,12 @@ class Point:
 
 
 def shown(limit: str, value: float) -> float:
-    """In the thesis's form: a radius for a curvature."""
+    """The value in the thesis's form: a radius for a curvature."""
     return 1.0 / value if limit == "curvature_max_1_m" else value
 
 
 def study(seeds: Sequence[int], folder: Path) -> list[Point]:
-    """By row, limit and value."""
+    """The points by row, limit and value."""
     points = []
     for name, row in STUDIED.items():
         drives = [drive(row, seed, folder) for seed in seeds]

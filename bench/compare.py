@@ -78,7 +78,7 @@ def pair(seed: int, folder: Path) -> Pair:
 
 
 def drawn_pair(seed: int, folder: Path) -> Pair | None:
-    """None for a truck that no driver can hold."""
+    """The pair of a drawn truck; None for a truck that no driver can hold."""
     try:
         return pair(seed, folder)
     except OncenterError:
@@ -86,7 +86,7 @@ def drawn_pair(seed: int, folder: Path) -> Pair | None:
 
 
 def table(pairs: Sequence[Pair]) -> Iterator[str]:
-    """Of all pairs and of those with two valid offsets; deg."""
+    """The table of all pairs and of those with two valid offsets; deg."""
     yield "| pairs | n | change: covered | half-width | error: median / 95 % | half-width by both whole intervals |"
     yield "|---|--:|--:|--:|--:|--:|"
     for name, some in (("all", list(pairs)), ("both valid", [each for each in pairs if each[0]])):

@@ -74,7 +74,7 @@ def runner(module: Any, method: str, columns: dict[str, drives.Column]) -> Calla
 
 
 def parts_table(ticks: int, rounds: int) -> list[dict[str, Any]]:
-    """By method: M ticks/s as in the product, without check and angle, and what these take alone; best of the rounds,
+    """M ticks/s by method, as in the product, without check and angle, and what these take alone; best of the rounds,
     which take turns."""
     columns = {name: np.ascontiguousarray(column) for name, column in drives.ticks(ticks).items()}
     with tempfile.TemporaryDirectory() as folder:

@@ -19,7 +19,7 @@ TESTS = Path(__file__).parents[1] / "tests"
 
 
 def write_logs(scenario: str, folder: Path, only: tuple[str, ...] = ()) -> dict[str, Path]:
-    """By suffix, `only` these if any are given. Some have a vehicle file of their own, see `cold.vehicle_of`."""
+    """The logs by suffix, `only` these if given. Some have a vehicle file of their own, see `cold.vehicle_of`."""
     logs = {
         suffix: folder / f"drive{suffix}"
         for suffix in (*WRITTEN, *BY_OTHERS)

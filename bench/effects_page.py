@@ -252,7 +252,7 @@ def off_by_more(table: pl.DataFrame, row: str, limit_deg: float) -> int:
 
 
 def accused_drives(table: pl.DataFrame) -> Counter[str]:
-    """By row, the drives with a report of a changed offset, of an error or of a sensor fault."""
+    """The drives of each row with a report of a changed offset, of an error or of a sensor fault."""
     return Counter(drive["row"] for drive in table.iter_rows(named=True) if _is_accused(drive))
 
 

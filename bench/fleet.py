@@ -113,8 +113,8 @@ def _others(given: Path, output: Path) -> dict[str, int]:
 
 
 def _standing(given: Path, output: Path) -> list[dict[str, Any]]:
-    """By truck: whether its q reports it, whether the interval of its offset contains the truth, and whether offset or
-    change exceeds the limit."""
+    """The standing of each truck: whether its q reports it, whether the interval of its offset contains the truth, and
+    whether offset or change exceeds the limit."""
     truth = pl.read_csv(given / "drives.csv").sort("drive").group_by("truck").last()
     planted = {change["truck"]: change for change in json.loads((given / "planted.json").read_text())}
     rows = []

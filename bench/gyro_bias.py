@@ -64,7 +64,7 @@ def by_ebc2(drive: Drive) -> Drive:
 
 
 def at_speed(drive: Drive) -> Drive:
-    """From the first fast second to the last: without a standstill to measure the bias."""
+    """The drive from the first fast second to the last: without a standstill to measure the bias."""
     signals, bias = drive
     fast = np.flatnonzero(signals.table["vehicle_speed_m_s"].to_numpy() > FAST_M_S)
     rows = slice(int(fast[0]), int(fast[-1]))
@@ -100,7 +100,7 @@ ROWS: dict[str, tuple[str, tuple[Callable[[Drive], Drive], ...]]] = {
 
 
 def looks(name: str, seed: int) -> Array:
-    """By minute: error and standard deviation of the bias (rad/s), and whether the gate is shut for it."""
+    """The error and standard deviation of the bias minute by minute (rad/s), and whether the gate is shut for it."""
     text, changes = ROWS[name]
     with tempfile.TemporaryDirectory() as folder:
         scenario = Path(folder) / "drive.toml"

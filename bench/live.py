@@ -322,7 +322,7 @@ def browser(sender: subprocess.Popen[str]) -> tuple[np.ndarray, str]:
 
 
 def latencies(frames: Frames, shown: np.ndarray) -> np.ndarray:
-    """For each frame with an angle, the time in s until the page shows it or a newer one. The first seconds, in which
+    """The time in s until the page shows each frame with an angle, or a newer one. The first seconds, in which
     oncenter only listens, are left out."""
     angle = frames.time[frames.extended & (pgn_of(frames.identifier) == 61449)]
     angle = angle[(angle > shown[0, 0] + 5.0) & (angle < shown[-1, 1])]

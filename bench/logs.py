@@ -44,7 +44,7 @@ def raw(values: drives.Column, scale: float, offset: float, bits: int, first_bit
 
 
 def frames(count: int) -> Frames:
-    """At least `count` frames, in whole periods."""
+    """The frames, at least `count`, in whole periods."""
     periods = math.ceil(count / FRAMES_PER_PERIOD)
     ticks = drives.ticks(periods * TICKS_PER_PERIOD)
     identifier = np.tile(identifiers(), periods)
@@ -72,7 +72,7 @@ def write_candump(path: Path, frames: Frames) -> None:
 
 
 def write_asc(path: Path, frames: Frames) -> None:
-    """In the layout of Vector's tools and python-can's writer."""
+    """Writes frames in the layout of Vector's tools and python-can's writer."""
     columns = frames.time.tolist(), frames.identifier.tolist(), frames.data.tolist()
     with path.open("w") as file:
         file.write("date Tue Nov 14 22:13:20.000 2023\nbase hex  timestamps absolute\ninternal events logged\n")

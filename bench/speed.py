@@ -50,7 +50,7 @@ def core() -> Core:
 
 
 def check_agreement(ticks: int) -> None:
-    """With the second implementation, the thesis in NumPy."""
+    """Checks the core against the second implementation, the thesis in NumPy."""
     columns = drives.ticks(ticks)
     one = core()
     one.run(columns)

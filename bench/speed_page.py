@@ -1,4 +1,4 @@
-"""From log to answer, format by format, beside peers and the limit: docs/speed.md.
+"""The time from log to answer, format by format, beside peers and the limit: docs/speed.md.
 
     python bench/speed_page.py [--scenario NAME] [--formats .log,.csv] [--ticks N] [--rounds N] [--page]
 
@@ -37,7 +37,7 @@ Spent = tuple[float, dict[str, float]]  # see spent.py
 
 
 def cold_table(logs: dict[str, Path], rounds: int) -> list[Row]:
-    """In a process that holds little, see cold.py."""
+    """The table of new processes, started by a process that holds little, see cold.py."""
     folder = next(iter(logs.values())).parent
     command = [HERE / "cold.py", "--json", "--folder", folder, "--rounds", str(rounds), "--formats", ",".join(logs)]
     done = subprocess.run([sys.executable, *command], stdout=subprocess.PIPE, check=True)
@@ -45,7 +45,7 @@ def cold_table(logs: dict[str, Path], rounds: int) -> list[Row]:
 
 
 def table(head: str, rows: Iterator[tuple[object, ...]]) -> str:
-    """Of Markdown; all columns but the first are numbers, or words as short."""
+    """A table of Markdown; all columns but the first are numbers, or words as short."""
     names = head.split(" | ")
     lines = [f"| {head} |", "|---|" + "--:|" * (len(names) - 1)]
     return "\n".join([*lines, *("| " + " | ".join(map(str, row)) + " |" for row in rows)])

@@ -57,7 +57,7 @@ def without_torque(signals: Signals) -> Signals:
 
 
 def figures(row: Row, seed: int, folder: Path, seconds: float | None) -> tuple[Figures, Figures]:
-    """For one drive without and with torque: valid, error, own error, drive's and total half-width, total error."""
+    """One drive without and with torque: valid, error, own error, drive's and total half-width, total error."""
     driven = drive(dataclasses.replace(row, torque=True, like=row.like or row.name), seed, folder)
     signals = driven.signals
     if seconds is not None:

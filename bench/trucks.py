@@ -75,7 +75,7 @@ def made(kind: str, seed: int, folder: Path) -> Path:
 
 
 def make(wanted: dict[str, range], folder: Path, jobs: int) -> dict[str, pl.DataFrame]:
-    """By kind, all trucks' drives."""
+    """The drives of all trucks by kind."""
     folder.mkdir(parents=True, exist_ok=True)
     pairs = [(kind, seed) for kind, seeds in wanted.items() for seed in seeds]
     with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
@@ -119,7 +119,7 @@ def fleet_of(table: pl.DataFrame, step: Numbers | None = None) -> Fleet:
 
 
 def offsets(kind: str, table: pl.DataFrame) -> Record:
-    """Of trucks that nobody touched: errors and intervals of the truck and of its single drives, deg."""
+    """The errors and intervals of trucks that nobody touched, and of their single drives, deg."""
     fleet = fleet_of(table)
     answer = learn(fleet.drives, priors_of())
     error = np.abs(answer.offset - fleet.target) / DEGREE

@@ -132,7 +132,7 @@ def _asked(cell: str, met: bool) -> str:
 
 
 def figures(part: pl.DataFrame) -> Record:
-    """Of some drives of one row: coverage of both intervals, and how wide they are for their errors."""
+    """The coverage of both intervals on some drives of one row, and how wide they are for their errors."""
     said: Record = {"drives": len(part)}
     for name, error_of, width_of in (
         ("drive", "error_drive", "half_width_drive"),

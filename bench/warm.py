@@ -34,7 +34,7 @@ Work = Callable[[], object]
 
 
 def warm_table(logs: dict[str, Path], rounds: int) -> list[Row]:
-    """By format and contender: wall seconds, best of the rounds, and the number of frames or rows."""
+    """The wall seconds by format and contender, best of the rounds, and the number of frames or rows."""
     rows: list[Row] = []
     for suffix, log in logs.items():
         data = log.read_bytes()

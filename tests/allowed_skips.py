@@ -1,4 +1,4 @@
-"""With ONCENTER_NO_SKIPS=1, as .ci/run sets it, a run fails if it skips a test for a reason that is not listed here.
+"""The skips that a run may have with ONCENTER_NO_SKIPS=1, as .ci/run sets it: one for another reason fails the run.
 
 So a package that is missing on the machine fails the run, and not one test fewer runs in silence.
 """

@@ -45,7 +45,7 @@ Run = dict[str, Any]
 
 
 def main(root: Path) -> dict[str, list[Run]]:
-    """By case: an undisturbed run, then one run for each of its calls, in which that call fails."""
+    """The runs of each case: an undisturbed one, then one for each of its calls, in which that call fails."""
     (root / "short.toml").write_text(SCENARIO)
     steady_drive(minutes=0.5).table.write_parquet(root / "drive.parquet")
     write_fleet(root)

@@ -93,7 +93,7 @@ def answer_command(log: Path) -> list[str]:
 
 
 def _vehicle_of(log: Path) -> Path:
-    """Beside the log, where its signals must be named."""
+    """The vehicle file, written beside the log where its signals must be named."""
     if log.suffix not in OF_BAGS:
         return VEHICLE
     file = log.with_name("truck.toml")
@@ -135,7 +135,7 @@ def _no_number(constant: str) -> float:
 
 
 def difference_of(offset_deg: float, log: Path) -> tuple[float | None, str]:
-    """To the offset from the independent reader's table, and why it is a failure."""
+    """The difference to the offset from the independent reader's table, and why it is a failure."""
     table = log.with_name("independent.parquet")
     try:
         with borrowed("independent_readers") as child:

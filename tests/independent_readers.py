@@ -203,7 +203,7 @@ def _candump_frames(log: Path) -> Iterator[Frame]:
 
 
 def _whole_lines(log: Path) -> list[str]:
-    """Of any line ends; a last line without one is cut off and left out."""
+    """The lines, with any line ends; a last line without one is cut off and left out."""
     return re.split("\r\n|\r|\n", log.read_bytes().decode("utf-8", "replace"))[:-1]
 
 
@@ -381,7 +381,7 @@ def _unpacked(data: bytes) -> bytes:
 
 
 def _csv_text(data: bytes) -> str:
-    """From the header on."""
+    """The text from the header on."""
     if data.startswith((b"\xff\xfe", b"\xfe\xff")):
         data = data.decode("utf-16", "replace").encode()
     text = data.decode("utf-8", "replace").lstrip("\ufeff")  # a mark may have been put before another

@@ -39,7 +39,7 @@ def frames_of_log(path: Path) -> Frames:
 
 
 def in_batches(frames: Frames, seed: int, most: int = 400) -> Iterator[Frames]:
-    """As a bus hands them over: now one, now many."""
+    """The frames as a bus hands them over: now one, now many."""
     chances = np.random.default_rng(seed)
     ends = np.cumsum(chances.integers(1, most, len(frames)))
     begin = 0

@@ -138,7 +138,7 @@ def _insert(data: bytearray, chance: Random, where: str) -> None:
 
 
 def _overwrite(data: bytearray, chance: Random, where: str) -> None:
-    """With zeros, with noise, or with bytes from elsewhere in the log."""
+    """Overwrites bytes with zeros, with noise, or with bytes from elsewhere in the log."""
     place, source = _place(data, chance, where), _place(data, chance, "any")
     count = min(chance.choice((8, 64, 4096, 65536)), len(data) - place, len(data) - source)
     data[place : place + count] = chance.choice(

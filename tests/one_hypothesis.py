@@ -103,7 +103,7 @@ def knots(rng: np.random.Generator, t: Array, every_s: float) -> Array:
 
 
 def dry_friction(yaw_rate: Array, v: Array) -> Array:
-    """Of the fifth wheel of a trailer of 7 m, -1 to 1, by docs/method.md: 0.2 deg from zero to full."""
+    """The dry friction of a fifth wheel, trailer of 7 m, -1 to 1, by docs/method.md: 0.2 deg from zero to full."""
     articulation = place = 0.0
     course = np.empty_like(yaw_rate)
     for k, (r, speed) in enumerate(zip(yaw_rate, v, strict=True)):

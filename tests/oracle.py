@@ -88,7 +88,7 @@ def mean_group_delay(cutoff_hz: float, band_hz: float, rate_hz: float) -> float:
 
 
 def filtered(values: Array, b: Array, a: Array) -> Array:
-    """From the steady state of the first value."""
+    """The filtered values, from the steady state of the first one."""
     out, _ = signal.lfilter(b, a, values, zi=signal.lfilter_zi(b, a) * values[0])
     return np.asarray(out)
 

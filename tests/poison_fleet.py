@@ -41,7 +41,7 @@ _UNITS = {"rad": "rad", "rad_s": "rad/s", "m_s": "m/s", "m_s2": "m/s²"}
 
 @dataclass(frozen=True)
 class Kind:
-    """Of log.
+    """A kind of log.
 
     Attributes:
         about: for people.
@@ -75,7 +75,7 @@ def write_poison_fleet(root: Path) -> None:
 
 
 def kind_of(log: str) -> Kind | None:
-    """Of a poisonous log of the fleet."""
+    """The kind of a poisonous log of the fleet."""
     file = Path(log).name.partition("-")[2]
     return next((kind for kind in POISON if kind.file == file), None)
 
@@ -153,7 +153,7 @@ def _grow(data: bytearray) -> None:
 
 
 def _with_formula(formula: str) -> Write:
-    """As the conversion of the yaw rate."""
+    """Writes a log with the formula as the conversion of the yaw rate."""
 
     def write(path: Path, _: Base) -> None:
         _write_channels(path, steady_drive().table, {"yaw_rate_rad_s": {"formula": formula}})

@@ -127,7 +127,7 @@ sats time lat long velocity heading height vert-vel Steering_Angle Yaw_Rate Y_Ac
 
 
 def bag(table: pl.DataFrame, path: Path) -> None:
-    """Of ROS 1."""
+    """Writes a bag of ROS 1."""
     path.unlink(missing_ok=True)  # the writer overwrites none
     with Rosbag1(path) as writer:
         _ros(table, writer, is_first=True)

@@ -47,7 +47,7 @@ def test_the_interval_of_a_coarse_log_at_10_hz_contains_the_truth(tmp_path: Path
 
 @pytest.mark.parametrize(("seed", "offset_deg"), [(3, -3.31), (10, 3.65), (4, 3.54)])
 def test_a_fine_log_at_10_hz_has_a_wider_interval(tmp_path: Path, seed: int, offset_deg: float) -> None:
-    """Of these three the core's own interval misses two."""
+    """The core's own interval misses two of these three."""
     answer = oc.offset(slow_log(tmp_path, 0.028, seed, offset_deg), oc.vehicle("scania_r730_4x2"))
     assert answer.offset_ci95_drive is not None
     low, high = (bound / DEGREE for bound in answer.offset_ci95_drive)

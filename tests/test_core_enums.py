@@ -105,7 +105,7 @@ def image_faults() -> set[int]:
 
 
 def sources() -> set[int]:
-    """With a sensor before and after learning; without a sensor, with and without a learned truck."""
+    """The sources with a sensor before and after learning, and without a sensor, with and without a learned truck."""
     outputs = outputs_of(lost_for(19_000, 19_500), "thesis", "observer")
     measured, nothing = ffi.new("oc_signals *", {"valid": lib.OC_HAS_STEERING_WHEEL_ANGLE}), ffi.new("oc_signals *")
     ticks = (

@@ -235,7 +235,7 @@ def test_the_prior_of_the_neutral_acceleration_widens_with_the_deviation_at_most
 
 @pytest.mark.parametrize("began_deg", [1.0, 3.0, 6.0])
 def test_the_start_of_a_hypothesis_is_the_prior_mean_of_its_play(began_deg: float) -> None:
-    """Also after the play has changed, while the width has no evidence."""
+    """It is so even after the play has changed, while the width has no evidence."""
     learner = Learner(Play(half_width=began_deg * DEGREE)).learn(no_evidence())
     for half_width_deg in (began_deg, 4.0):
         learner.h.play.half_width = half_width_deg * DEGREE

@@ -150,7 +150,7 @@ def test_a_power_cut_with_lost_ticks_costs_their_evidence_and_a_gate_window(
 
 
 def test_a_restored_state_detects_lost_ticks_by_their_time() -> None:
-    """As after any hole: the filters settle again and the heading is unknown."""
+    """It acts as after any hole: the filters settle again and the heading is unknown."""
     columns = {name: np.delete(values, np.s_[6_000:6_500]) for name, values in legs(1).items()}
     outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
     cycled(("joint", "observer"), columns, [6_000], outputs)

@@ -72,7 +72,7 @@ def test_only_the_joint_method_delays_the_angle_by_the_lag_of_the_yaw_rate(metho
 
 
 def test_a_few_seconds_on_the_other_flank_do_not_exclude_play() -> None:
-    """As at the entries of roundabouts: 9 deg of play were once estimated as none, and half of it as offset. Where play
+    """Entries of roundabouts are such: 9 deg of play were once estimated as none, and half of it as offset. Where play
     was identified, a few seconds suffice."""
     columns, truth = driven(CREEPING, 1)
     core = core_for(truth)
@@ -131,7 +131,7 @@ def test_a_wrong_prior_of_the_crown_does_not_move_the_neutral_acceleration_of_a_
 
 
 def test_a_mirrored_drive_has_the_mirrored_answer() -> None:
-    """Not to the last digit, since the order of the hypotheses and of their replacements differs."""
+    """The answers differ in the last digits, since the order of the hypotheses and of their replacements differs."""
     columns, truth = driven(CREEPING, 2)
     mirrored = {n.replace("left", "?").replace("right", "left").replace("?", "right"): c for n, c in columns.items()}
     mirrored |= {name: -columns[name] for name in MIRRORED}
@@ -372,7 +372,7 @@ def test_after_a_day_of_driving_all_numbers_are_finite_and_the_answer_is_unchang
 
 @pytest.mark.parametrize("steering_deg", [0.0, 20.0], ids=["a hand that never moves", "one that weaves"])
 def test_signals_without_noise_give_finite_numbers(steering_deg: float) -> None:
-    """As from benches and FMUs: after 15 minutes the residual has no variance."""
+    """Benches and FMUs give such signals: after 15 minutes the residual has no variance."""
     t = np.arange(0.0, 3_600.0, 1.0 / RATE_HZ)
     angle = steering_deg * DEGREE * np.sin(t / 3.0)
     core = _core.Core(3.7, 19.3, {}, RATE_HZ, method="joint", track_width_rear_m=1.8)

@@ -27,7 +27,7 @@ from oncenter.signals import DEGREE
 
 @pytest.mark.parametrize("step", [5.0, -3.0])
 def test_a_remounted_sensor_is_detected_within_a_minute_with_size_and_time(step: float) -> None:
-    """On most drives. On some the play is not identified by then, on others the truck drives straight meanwhile."""
+    """It is so in most drives. In some the play is not identified by then, in others the truck drives straight."""
     found_well = 0
     for seed in range(1, 9):
         columns, truth = driven(CREEPING, seed)

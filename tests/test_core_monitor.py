@@ -139,7 +139,7 @@ def test_a_copied_state_continues_identically(whole: dict[str, Array], cut: floa
 
 @pytest.mark.parametrize(("rate_hz", "pieces"), [(20.0, 2), (24.9, 2), (31.0, 2), (50.0, 1), (100.0, 1), (200.0, 1)])
 def test_each_tick_does_its_pieces_of_deferred_work_and_none_waits_for_a_second(rate_hz: float, pieces: int) -> None:
-    """Of the gyro's filter, the hypotheses and the torque."""
+    """The pieces are those of the gyro's filter, the hypotheses and the torque."""
     columns = drive(1, rate_hz, 40.0)
     columns |= dict.fromkeys(WHEELS, columns[SPEED]) | {"steering_wheel_torque_nm": 2.0 * columns[ACCELERATION]}
     core = _core.Core(WHEELBASE, RATIO, {}, rate_hz, method="joint")
@@ -375,7 +375,7 @@ def test_all_reasons_have_names_and_are_reached(whole: dict[str, Array]) -> None
 
 
 def test_a_bank_always_above_the_limit_is_reported() -> None:
-    """As in the Genesis drives: an accelerometer bias of 0.6 m/s^2 closes the gate permanently."""
+    """The Genesis drives have one: an accelerometer bias of 0.6 m/s^2 closes the gate permanently."""
     answer = after(straight(**{ACCELERATION: -0.6})).answer()
     assert answer["used"] == 0.0
     assert status(answer["offset"]) == "unobservable"

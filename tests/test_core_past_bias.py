@@ -100,7 +100,7 @@ def used(columns: dict[str, Array]) -> tuple[float, float, float]:
 
 
 def test_a_late_identification_by_wheels_gives_the_mean_error_before_it() -> None:
-    """With EBC2's coarse wheel speeds and no standstill, against the true mean error."""
+    """The wheel speeds are EBC2's coarse ones, without standstill; the reference is the true mean error."""
     off, left, sd = np.array([used(as_ebc2(rolling(seed, 240.0, standing_s=0.0))) for seed in range(8)]).T
     rms = np.sqrt(np.mean(np.square([off, off - left, (off - left) / sd]), axis=1))
     assert rms[1] < 0.5 * rms[0]

@@ -183,7 +183,7 @@ def test_none_of_a_thousand_corrupted_images_is_restored(image: bytes) -> None:
 
 
 def test_no_corrupted_image_with_a_valid_crc_crashes_the_core(image: bytes, day: dict[str, Array]) -> None:
-    """As from an attacker or an error before the CRC: an accepted value does not crash the core."""
+    """An attacker or an error before the CRC makes such images: an accepted value does not crash the core."""
     rng = np.random.default_rng(2)
     faults = set()
     for _ in range(300):

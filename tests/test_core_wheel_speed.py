@@ -65,7 +65,7 @@ def test_left_is_positive() -> None:
 
 
 def flat(seed: int, **truth: float) -> dict[str, Array]:
-    """Without crown, which wheels do not measure, and without understeer, as in rolling()."""
+    """A drive without crown, which wheels do not measure, and without understeer, as in rolling()."""
     return rolling(seed, truth=Truth(load=0.0, **truth))
 
 

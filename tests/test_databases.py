@@ -25,7 +25,7 @@ LAYOUTS = (  # message, identifier, signal, first bit, factor, unit
 
 
 def arxml() -> str:
-    """By hand, as AUTOSAR 4 lays a network: cluster, frames, PDUs, signals, conversions and units are parts apart."""
+    """A file as AUTOSAR 4 lays a network: cluster, frames, PDUs, signals, conversions and units are parts apart."""
 
     def element(tag: str, name: str, inner: str) -> str:
         return f"<{tag}><SHORT-NAME>{name}</SHORT-NAME>{inner}</{tag}>"
@@ -201,7 +201,7 @@ def test_a_file_that_is_not_a_database_is_refused_by_name(tmp_path: Path, capsys
 
 @pytest.mark.parametrize("category", ["RAT_FUNC", "TAB_NOINTP"])
 def test_an_unsupported_conversion_leaves_its_signal_out(category: str, tmp_path: Path) -> None:
-    """Else raw values would be used as degrees."""
+    """Otherwise its raw values would be used as degrees."""
     (tmp_path / "drive.log").write_text(log())
     (tmp_path / "truck.toml").write_text(TRUCK + SIGNALS)
     (tmp_path / "net.arxml").write_text(

@@ -105,7 +105,7 @@ def test_the_row_option_names_a_row() -> None:
 
 
 def record(row: str, *, error: float = 0.1, half_width: float = 0.3, pull: float = 0.0, **given: Any) -> dict[str, Any]:
-    """As of bench/effects.py, in deg; `pull` is i K_us times the pull."""
+    """A record of bench/effects.py, in deg; `pull` is i K_us times the pull."""
     said: dict[str, Any] = {"row": row, "seed": 1001, "valid": True, "findings": [], "errors": [], "fault": "none"}
     for prefix, off in (("", error), ("less_pull_", error - pull)):
         said |= {f"{prefix}offset_error": off, f"{prefix}offset_half_width": half_width}
@@ -272,7 +272,7 @@ def answered(row: str, seeds: range, folder: Path, *, with_angle: bool = False) 
 
 @pytest.mark.slow
 def test_a_wide_play_with_a_late_second_flank_is_estimated_without_a_false_report(tmp_path: Path) -> None:
-    """Of seeds 11 and 22 half of 12 deg was taken for offset, and the other flank for a sensor that was remounted."""
+    """Seeds 11 and 22 had half of 12 deg taken for offset, and the other flank for a sensor that was remounted."""
     drives = pl.concat([answered("play_12", range(seed, seed + 1), tmp_path) for seed in (8, 11, 22)])
     assert drives["backlash_error"].abs().max() < 1.0
     assert drives["offset_error"].abs().max() < 0.5
@@ -281,7 +281,7 @@ def test_a_wide_play_with_a_late_second_flank_is_estimated_without_a_false_repor
 
 @pytest.mark.slow
 def test_a_drifting_accelerometer_does_not_shift_the_offset(tmp_path: Path) -> None:
-    """By 0.45 m/s^2 in a quarter of an hour: a constant zero put the offset 1 to 8 deg off, and changes into it."""
+    """It drifts by 0.45 m/s^2 in 15 minutes: a constant zero put the offset 1 to 8 deg off, and changes into it."""
     drives = answered("accelerometer_drift", range(1, 9), tmp_path)
     assert drives["offset_error"].abs().max() < 0.5
     assert drives["valid"].sum() >= 4

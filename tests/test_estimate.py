@@ -1,4 +1,4 @@
-"""From a simulated drive to the answer: its quantities, units, words and statuses."""
+"""The answer to a simulated drive: its quantities, units, words and statuses."""
 
 import functools
 import json

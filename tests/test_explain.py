@@ -38,7 +38,7 @@ def texts(node: ast.AST | None) -> set[str]:
 
 @cache
 def findings_in_source() -> dict[str, tuple[set[str], set[str]]]:
-    """By code, the severities and the units of the functions that are registered for it."""
+    """The severities and the units of the functions that are registered for each code."""
     found: dict[str, tuple[set[str], set[str]]] = {}
     for path in SOURCES:
         for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):

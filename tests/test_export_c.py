@@ -138,7 +138,7 @@ def as_number(word: str) -> str:
 
 
 def enumerations_of(a2l: Path) -> dict[str, list[tuple[str, str]]]:
-    """By name, the values with their words, as the program or its description calls them."""
+    """The values of each enumeration with their words, as the program or its description calls them."""
     text = a2l.read_text(encoding="utf-8")
     tables = re.findall(r"/begin COMPU_VTAB (\w+) .*?TAB_VERB \d+(.*?)/end", text, re.DOTALL)
     return {name: re.findall(r'(\d+) "(.*?)"', rows) for name, rows in tables}

@@ -84,7 +84,7 @@ def test_a_second_night_answers_nothing_again_and_changes_no_byte(fleet: Path, u
 
 
 def test_a_truck_that_is_called_as_bokeh_calls_its_models_keeps_its_name() -> None:
-    """As the page's script holds it: names of models are renumbered there, data are not."""
+    """The page's script has names of models renumbered, and data as they are."""
     picture = figure()
     picture.scatter("x", "y", source={"x": [1], "y": [2], "truck": ["p1001"], "log": ['"id":"p1002"']})
     (script, places), (again, _) = embedded({"one": picture}), embedded({"one": picture})
@@ -115,7 +115,7 @@ def test_copies_of_a_log_count_once_in_any_order(fleet: Path, tmp_path: Path) ->
 
 
 def test_the_child_that_answers_a_log_reads_it_itself(fleet: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Or the limits of two children within each other are a race, and what a row says is left to chance."""
+    """The limits of two children within each other would be a race, and the row would depend on chance."""
     monkeypatch.setattr(child, "Child", None)
     [log] = find_logs([str(fleet / "logs" / "depot-7" / "day0.parquet")])
     row = Work(Trucks(fleet / "vehicles"))(log)

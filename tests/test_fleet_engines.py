@@ -99,7 +99,7 @@ def test_the_last_logs_are_left_for_while_ray_ends_and_none_is_lost() -> None:
 
 
 def test_logs_whose_task_ray_killed_are_answered_by_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As its memory monitor does when other work fills the machine; it would try such a task again for ever."""
+    """Ray's memory monitor kills tasks when other work fills the machine; it would try such a task again for ever."""
     ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
     logs = [LogFile(f"{k}.csv", "", 0, 0.0) for k in range(20)]
     tried: list[LogFile] = []

@@ -46,12 +46,12 @@ def night(fleet: Path, tmp_path: Path, logs: Path) -> Night:
 
 
 def rows(output: Path) -> dict[str, dict[str, Any]]:
-    """Of drives.parquet, by the file's name."""
+    """The rows of drives.parquet by the file's name."""
     return {Path(row["log"]).name: row for row in pl.read_parquet(output / "drives.parquet").to_dicts()}
 
 
 def put_what_is_no_log(folder: Path) -> dict[str, str]:
-    """By name, what its error says."""
+    """Files that are no logs; for each name a part of its error."""
     os.mkfifo(folder / "pipe.log")
     (folder / "zeros.log").symlink_to("/dev/zero")
     (folder / "nowhere.log").symlink_to(folder / "none")

@@ -147,7 +147,7 @@ def test_an_undecided_truck_gets_the_drive_that_narrows_the_larger_part_of_its_i
 
 
 def test_ten_thousand_healthy_trucks_give_no_five_hundred_alarms() -> None:
-    """At the limit itself, where an alarm at 5 % each would be 500; and of a mix, few of those named are healthy."""
+    """An alarm at 5 % each would be 500 at the limit itself; and of a mix, few of those named are healthy."""
     random = np.random.default_rng(8)
     healthy = [truck_row(f"h{k}", x, 0.3) for k, x in enumerate(2.0 + 0.3 * random.normal(size=10_000))]
     assert sum(row["verdict"] == "calibrate" for row in rank(healthy)) <= 3

@@ -1,4 +1,4 @@
-"""Which truck a log is of, and when it was driven."""
+"""The truck of a log, and the time at which it was driven."""
 
 from __future__ import annotations
 

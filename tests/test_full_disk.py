@@ -100,7 +100,7 @@ def test_with_json_a_report_on_a_full_disk_leaves_one_object_which_is_the_answer
 
 
 def test_a_separate_process_ends_in_the_same_way(preload: str, tmp_path: Path) -> None:
-    """Without anything of it replaced, from its first call to its last."""
+    """Nothing in that process is replaced, from its first call to its last."""
     steady_drive(minutes=0.5).table.write_parquet(tmp_path / "drive.parquet")
     page = tmp_path / "out" / "page.html"
     page.parent.mkdir()

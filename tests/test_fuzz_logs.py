@@ -47,7 +47,7 @@ def test_two_readers_that_share_no_code_read_a_good_log_alike(base_logs: fuzz_lo
 
 
 def test_the_offset_of_the_good_drive_is_valid(base_logs: fuzz_logs.BaseLogs) -> None:
-    """Else no mutant's offset would be valid, and nothing would be compared."""
+    """Otherwise no mutant's offset would be valid, and nothing would be compared."""
     (log,) = base_logs["parquet"]
     ended = watch(fuzz_logs.answer_command(log))
     assert json.loads(ended.out)["offset"]["status"] == "valid"

@@ -73,7 +73,7 @@ def small_mf4(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
 
 
 def channel_block(mf4: bytes, number: int) -> int:
-    """Where it begins."""
+    """The place where the block begins."""
     return [place for place in range(0, len(mf4), 8) if mf4[place : place + 8] == b"##CN\0\0\0\0"][number]
 
 
@@ -242,7 +242,7 @@ def parquet_of_one_run(columns: Sequence[str], rows: int) -> bytes:
 
 
 def test_a_hand_made_parquet_file_is_one(tmp_path: Path) -> None:
-    """Else the files below would be refused for another reason than their runs."""
+    """Otherwise the files below would be refused for another reason than their runs."""
     import pyarrow.parquet as pq
 
     log = tmp_path / "log.parquet"

@@ -242,7 +242,7 @@ def modules() -> dict[str, Path]:
 
 
 def imports() -> dict[str, set[str]]:
-    """By module, those that any of its import statements names, also one in a function or for types only."""
+    """The modules that any import statement of each module names, also one in a function or for types only."""
     paths = modules()
     found: dict[str, set[str]] = {name: set() for name in paths}
     for name, path in paths.items():

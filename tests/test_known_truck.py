@@ -69,7 +69,7 @@ def test_a_configured_play_narrows_a_short_drive_on_one_flank_correctly(tmp_path
 
 
 def sd_by(name: str, answer: oc.Answer) -> float:
-    """Of the offset by that cause; 0 where it is none."""
+    """The standard deviation of the offset by that cause; 0 where it is none."""
     return next((cause.sd_rad for cause in answer.not_identifiable if cause.cause == name), 0.0)
 
 
@@ -130,7 +130,7 @@ def test_a_value_without_a_standard_deviation_is_not_used(tmp_path: Path) -> Non
 
 
 def still(learner: Learner) -> Learner:
-    """Without a sample of motion."""
+    """The learner without a sample of motion."""
     nothing = driven(0, Play(), 1)
     for column in vars(nothing).values():
         column[:] = 0.0

@@ -132,8 +132,8 @@ def test_malformed_frames_and_29_bit_noise_change_nothing(log: Path) -> None:
 
 
 def _with_noise(frames: Frames) -> Frames:
-    """As many frames again: random identifiers of 29 bits, 11-bit ones, lengths 0 to 8, wild stamps on groups that are
-    ours but nobody's we listen to, and empty frames of a sender that we do."""
+    """The frames and as many others: random identifiers of 29 and 11 bits, lengths 0 to 8, wild stamps on groups that
+    are ours from senders that are not used, and empty frames of a sender that is."""
     chances = np.random.default_rng(5)
     n = len(frames)
     number = chances.integers(0, 1 << 29, n).astype(np.uint32)

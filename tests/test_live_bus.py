@@ -171,7 +171,7 @@ def test_frames_that_no_can_bus_can_carry_are_counted_said_once_and_not_recorded
 
 @pytest.fixture
 def group() -> str:
-    """Of this process: two runs of the tests beside each other must not hear one another."""
+    """The group of this process: two runs of the tests beside each other must not receive each other's frames."""
     return f"239.74.{os.getpid() // 256 % 256}.{os.getpid() % 256}"
 
 

@@ -132,7 +132,7 @@ def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_
 
 
 def _resumed(frames: Frames, folder: Path, truck: str) -> tuple[Learner, list[str]]:
-    """After the first tick: what was resumed is all that is known."""
+    """The learner after the first tick, which knows nothing but the resumed state, and the messages."""
     said = Sayings()
     memory = Memory(folder, truck, said.say)
     learner = Learner(Stream("bus", needed(oc.vehicle(TRUCK))), oc.vehicle(TRUCK), memory.resume)

@@ -364,7 +364,7 @@ def test_nothing_is_made_for_a_viewer_who_does_not_read(log: Path, monkeypatch: 
 
 def test_a_viewer_who_left_in_a_quiet_time_is_not_a_failure(log: Path) -> None:
     class Left(Document):
-        """As of a session that was destroyed before its viewer's task woke."""
+        """The document of a session that was destroyed before its viewer's task woke."""
 
         session_context = None
 

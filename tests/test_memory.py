@@ -152,7 +152,7 @@ def test_the_next_drives_gradient_may_be_that_of_any_load() -> None:
 
 
 def test_a_prior_is_removed_from_a_gradient_before_it_is_added(answered: oc.Answer) -> None:
-    """Else what the memory said would come back as if the drive had said it."""
+    """Otherwise the memory's prior would come back as if it were evidence of the drive."""
     prior = {
         "known_understeer_gradient_rad_m_s2": 0.8 * DEGREE,
         "known_understeer_gradient_sd_rad_m_s2": 0.05 * DEGREE,

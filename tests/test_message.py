@@ -206,7 +206,7 @@ def ticks(columns: dict[str, Array], begin: int = 0, end: int | None = None) -> 
 
 @pytest.fixture(scope="module")
 def learned(truck: Vehicle, columns: dict[str, Array]) -> bytes:
-    """Of a drive with an observable offset, by the thesis's method, which needs the shortest drive."""
+    """The state after a drive with an observable offset, by the thesis's method, which needs the shortest drive."""
     monitor = oc.Monitor(truck, method="thesis")
     for tick in ticks(columns):
         monitor.step(tick)

@@ -38,7 +38,7 @@ def columns_of(drive: Signals) -> dict[str, np.ndarray[Any, Any]]:
 
 
 def told(native: dict[str, Any]) -> dict[str, Any]:
-    """Of an oc_answer what an `oc.Answer` has, too."""
+    """The part of an oc_answer that an `oc.Answer` has, too."""
     unobservable = _core.STATUSES.index("unobservable")
     estimates = {name: native[name] for name in (*LEARNED, "yaw_rate_bias")}
     values = {name: None if one["status"] == unobservable else one["value"] for name, one in estimates.items()}
@@ -116,7 +116,7 @@ def test_desk_monitor_live_and_exported_c_give_one_answer(name: str, ecu: ctypes
 
 
 def cut(drive: Signals, seconds: float) -> Signals:
-    """As its ticks are decoded: whole turns of a relative sensor are taken out."""
+    """The drive as its ticks are decoded: whole turns of a relative sensor are removed."""
     (decoded,) = without_whole_turns((drive,))
     time = decoded.table["time_s"]
     return Signals(decoded.table.filter(time < time[0] + seconds), decoded.sources, decoded.rate_hz, decoded.log)

@@ -81,7 +81,7 @@ def test_a_straight_line_stays_straight_at_any_rates(
     silence=st.booleans(),
 )
 def test_no_number_appears_inside_a_gap(start: int, gap: int, silence: bool) -> None:
-    """For missing messages and for "not available": samples more than 2.5 periods apart are not interpolated."""
+    """The gap is of missing messages or of "not available": samples over 2.5 periods apart are not interpolated."""
     fast, slow = np.arange(3000) / 100, np.arange(300) / 10
     values = np.sin(slow)
     lost = np.zeros(300, bool)

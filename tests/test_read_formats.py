@@ -458,7 +458,7 @@ def test_a_channel_in_two_groups_can_be_selected_as_the_error_suggests(tmp_path:
 
 
 def test_a_channel_with_lost_data_has_no_valid_sample(tmp_path: Path) -> None:
-    """As with a damaged type of its data block."""
+    """A damaged type of its data block loses them."""
     from asammdf import MDF, Signal
 
     path, time = tmp_path / "drive.mf4", np.arange(0.0, 30.0, 0.01)

@@ -81,7 +81,7 @@ def scenario_text(name: str) -> str:
 
 @lru_cache
 def drive(scenario: str) -> tuple[Signals, float]:
-    """With its true offset, rad."""
+    """The drive with its true offset, rad."""
     with TemporaryDirectory() as folder:
         path = Path(folder) / "drive.toml"
         path.write_text(scenario_text(scenario), encoding="utf-8")
@@ -206,7 +206,7 @@ VDC2, OTHER_VDC2 = "18F0093E#", "18F0093F#"
 
 
 def second_sender(angle_bits: int) -> Callable[[int, str], list[str]]:
-    """Beside each frame of VDC2 another one, its angle so many bits of 1/1024 rad more."""
+    """A second sender: beside each frame of VDC2 another one, its angle so many bits of 1/1024 rad more."""
 
     def double(_: int, line: str) -> list[str]:
         before, vdc2, data = line.partition(VDC2)

@@ -38,7 +38,7 @@ def test_a_signal_that_is_absent_for_a_good_part_of_the_log_affects_the_offset()
 
 
 def with_holes(signals: Signals, every_s: float, length_s: float) -> Signals:
-    """Of each `every_s` seconds the last `length_s` are lost."""
+    """The signals without the last `length_s` of each `every_s` seconds."""
     since = (pl.col("time_s") - pl.col("time_s").first()) % every_s
     return replace(signals, table=signals.table.filter(since < every_s - length_s))
 

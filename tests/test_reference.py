@@ -172,7 +172,7 @@ def test_positions_that_are_all_missing_are_refused() -> None:
 
 
 def test_the_interval_contains_the_truth_on_95_of_100_drives(tmp_path: Path) -> None:
-    """On short straights with play, drawn at random; the seeds are not those that settled how it is computed."""
+    """The straights are short, with play, drawn at random; the seeds are not those that settled how it is computed."""
     random, held = np.random.default_rng(2016), []
     there_and_round = "{ length_m = 26.0, turn_deg = -43.07260321 }, { length_m = 89.0, turn_deg = 266.14520642 }, "
     there_and_round += "{ length_m = 26.0, turn_deg = -43.07260321 }"

@@ -137,7 +137,7 @@ def test_the_other_verdicts_stand_below_it_with_what_to_do_where_something_is_to
 
 
 def rows_of(text: str) -> dict[str, str]:
-    """Of the table about truck and drive."""
+    """The rows of the table about truck and drive."""
     section = text[text.index('<section class="truck">') :]
     return dict(
         re.findall(r'<tr><th scope="row">(.*?)</th><td>(.*?)</td></tr>', section[: section.index("</section>")])

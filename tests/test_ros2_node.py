@@ -126,7 +126,7 @@ def test_an_image_of_another_truck_is_rejected_with_a_note(ros: Ros, tmp_path: P
 
 
 def parameters(image: Path) -> dict[str, Any]:
-    """As config/truck.yaml gives them, with the angle in degrees, to the right."""
+    """The parameters of config/truck.yaml, with the angle in degrees, to the right."""
     given: dict[str, Any] = {"rate_hz": RATE_HZ, "image": str(image)}
     for name in NEEDED:
         given[f"{name}.topic"] = f"/truck/{name}"

@@ -44,7 +44,7 @@ def days(count: int) -> tuple[Signals, ...]:
 
 
 def moved(drives: tuple[Signals, ...], at: int, by_deg: float) -> list[Signals]:
-    """As if the sensor had been mounted otherwise before drive `at`."""
+    """The drives as if the sensor had been mounted otherwise before drive `at`."""
     angle = pl.col("steering_wheel_angle_rad")
     return [
         drive if day < at else replace(drive, table=drive.table.with_columns(angle + by_deg * DEGREE))
@@ -126,7 +126,7 @@ def test_for_logs_at_one_load_another_load_is_recommended() -> None:
 
 
 def test_a_log_without_evidence_is_no_step() -> None:
-    """Of a minute, beside eight whole ones."""
+    """It has a minute, beside eight whole ones."""
     drives = [*days(8)]
     drives[3] = replace(drives[3], table=drives[3].table.head(6_000))
     assert oc.offset(drives, vehicle()).changes == ()

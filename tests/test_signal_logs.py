@@ -301,7 +301,7 @@ def test_a_missing_field_gives_the_most_similar_name_and_the_list(tmp_path: Path
 
 
 def test_a_bag_without_definitions_uses_the_types_of_ros_and_names_missing_ones(tmp_path: Path) -> None:
-    """As ROS 2 Humble and older record to SQLite."""
+    """ROS 2 Humble and older record such bags to SQLite."""
     import sqlite3
 
     log = tmp_path / "x.db3"

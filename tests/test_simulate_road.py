@@ -476,7 +476,7 @@ PATCHES = {
 
 
 def lengths_m(road: LaidRoad, column: npt.NDArray[np.float64], value: float) -> npt.NDArray[np.float64]:
-    """Of whole stretches with that value."""
+    """The lengths of whole stretches with that value."""
     turns = np.flatnonzero(np.diff(column)) + 1
     inside = column[turns[:-1]] == value
     return np.diff(turns)[inside] * road.spacing_m

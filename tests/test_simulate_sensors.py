@@ -424,7 +424,7 @@ def test_an_accelerometer_on_the_frame_does_not_measure_body_roll(roll_share: fl
 
 
 def wheels_of(sensor: WheelSpeedSensors, moving: np.ndarray) -> dict[str, np.ndarray]:
-    """Without noise, steps and repeats where the sensor's section gives none."""
+    """The wheel speeds, without noise, steps and repeats where the sensor's section gives none."""
     scenario = read_scenario("thesis_drive")
     ideal = {"noise_sd_m_s": 0.0, "resolution_m_s": 0.0, "repeat_share": 0.0}
     exact = WheelSpeedSensors.model_validate(ideal | sensor.model_dump(exclude_unset=True))

@@ -308,7 +308,7 @@ def changing_load(percent: float, **truck: Any) -> dict[str, Any]:
 
 
 def group_loads_kg(truck: Any) -> tuple[float, float]:
-    """By moments about the axles of a 4x2; D is friction times load."""
+    """The loads by moments about the axles of a 4x2; D is friction times load."""
     front, rear = (truck.axles[k].tyre.D / STANDARD_GRAVITY for k in range(2))
     return front, rear
 
@@ -579,7 +579,7 @@ def test_at_walking_speed_a_one_axle_trailer_cuts_the_corner_by_its_geometry() -
 
 
 def one_step(truck: Any, speed: float, x: np.ndarray) -> np.ndarray:
-    """Where a state of motions and side forces (in MN) goes in one step."""
+    """The state of motions and side forces (in MN) after one step."""
     state = ffi.new("sim_truck_state *")
     trailer = state.trailer
     state.lateral_speed, state.yaw_rate, trailer.yaw_rate, trailer.articulation = x[:4]

@@ -34,7 +34,7 @@ QUICK = ("schematics", "geometry", "single_track", "handling", "identifiability"
 
 @pytest.fixture(scope="module")
 def exhibits() -> list[Exhibit]:
-    """Of the quick groups, computed once."""
+    """The exhibits of the quick groups, computed once."""
     return [e for name in QUICK for e in importlib.import_module(f"oncenter.thesis.{name}").run(lambda fraction: None)]
 
 

@@ -34,7 +34,7 @@ def drive() -> Signals:
 
 @cache
 def some_answer() -> Answer:
-    """For tests whose fixture would be one for all of hypothesis's examples."""
+    """An answer for tests whose fixture would be one for all of hypothesis's examples."""
     return oncenter.offset(oncenter.simulate("step_steer", seed=1)[0], TRUCK)
 
 

@@ -24,7 +24,7 @@ FULL = Path("/dev/full")
 
 @contextmanager
 def refused(path: Path, why: str) -> Iterator[None]:
-    """In one line that names the path, as a wrong output."""
+    """The block must be refused in one line that names the path, as a wrong output."""
     with pytest.raises(OncenterError) as refusal:
         yield
     message = str(refusal.value)

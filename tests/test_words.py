@@ -155,7 +155,7 @@ ROOMS = sorted({path.relative_to(ROOT).parts[2] for path in ROOT.glob("src/oncen
 
 @cache
 def hits_of(pattern: str) -> tuple[Hit, ...]:
-    """Of all files of a glob pattern, in order."""
+    """The hits of all files of a glob pattern, in order."""
     files = sorted(path for path in ROOT.glob(pattern) if path.name != "_declarations.py" and path.suffix in READERS)
     return tuple(hit for path in files for hit in hits_in(path, READERS[path.suffix](path)))
 

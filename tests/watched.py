@@ -108,7 +108,7 @@ def _resident_mib(root: int) -> tuple[float, set[int]]:
 
 
 def _largest_mib(usage: resource.struct_rusage) -> float:
-    """Of the largest process; 0 where that may be the parent's own size, which a new process has for a moment."""
+    """The size of the largest process; 0 where that may be the parent's own, which a new process has for a moment."""
     own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return usage.ru_maxrss * 1024 / MIB if usage.ru_maxrss > own else 0.0
 

@@ -13,7 +13,7 @@ import oncenter as oc
 from oncenter.live import session as live_session
 from oncenter.live.learner import Learner, needed
 from oncenter.live.replay import Replay
-from oncenter.live.session import Sayings, Session
+from oncenter.live.session import Notices, Session
 from oncenter.live.web import Page
 from oncenter.offset.inputs import params_of
 from oncenter.read.frames import Frames
@@ -38,7 +38,7 @@ def main() -> None:
     live_session.SILENT_S = math.inf
     replay = Beginning(ROOT / "demo" / "drive.log", 1.0)
     replay.name = "demo/drive.log"
-    session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), truck.name, Sayings())
+    session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), truck.name, Notices())
     with Page(session, params_of(truck, None), "127.0.0.1", 0, print) as page, sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=find_browser(), args=["--no-sandbox", "--disable-partial-raster"]

@@ -23,7 +23,7 @@ from oncenter.cli import run
 from oncenter.live.history import CLOUD_POINTS, COURSE_POINTS, STRIP_S, History
 from oncenter.live.learner import Learner, Stepped, needed
 from oncenter.live.replay import Replay
-from oncenter.live.session import Sayings, Session
+from oncenter.live.session import Notices, Session
 from oncenter.live.terminal import one_line, panel
 from oncenter.offset.inputs import params_of
 from oncenter.read.frames import Frames, joined
@@ -337,7 +337,7 @@ def test_a_replay_of_a_drive_that_pauses_does_not_wait(tmp_path: Path) -> None:
 def test_the_terminal_names_the_missing_driving(capsys: pytest.CaptureFixture[str]) -> None:
     truck = oc.vehicle(TRUCK)
     replay = Replay(drive_log(60.0), 100.0)
-    session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), "truck 7", Sayings())
+    session = Session(replay, Learner(Stream(replay.name, needed(truck)), truck), "truck 7", Notices())
     session.run()
     assert session.failure is None
     console = Console(file=io.StringIO(), width=120, record=True)

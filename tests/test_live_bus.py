@@ -22,7 +22,7 @@ from oncenter.errors import OncenterError
 from oncenter.live import bus as live_bus
 from oncenter.live.bus import Bus
 from oncenter.live.record import Recorder
-from oncenter.live.session import Sayings, Session
+from oncenter.live.session import Notices, Session
 from oncenter.live.snapshot import Dropped
 from oncenter.live.socket_losses import SocketLosses
 
@@ -52,16 +52,16 @@ def ended(session: Session, when: Any, timeout_s: float = 60.0) -> Session:
 
 @pytest.mark.parametrize("trembling_s", [0.0, 0.002])
 def test_what_is_recorded_of_a_bus_answers_as_the_bus_did(trembling_s: float, tmp_path: Path) -> None:
-    said, chances = Sayings(), np.random.default_rng(1)
+    notices, chances = Notices(), np.random.default_rng(1)
     stamps = (frame.time + 1.234e-7 + chances.normal(0.0, trembling_s) for frame in drive(60.0))  # finer than a log's
     frames = sorted(map(lambda frame, time: replace(frame, time=time), drive(60.0), stamps), key=lambda f: f.time)
     channel = f"recorded {trembling_s}"
-    bus, learner = Bus(channel, "virtual", None, said.say), new_learner()
+    bus, learner = Bus(channel, "virtual", None, notices.say), new_learner()
     path = tmp_path / "kept.log"
     with sender(channel) as sending:
         for frame in frames:
             sending.send(message(frame))
-        session = Session(bus, learner, "truck", said, recorder=Recorder(path, said.say))
+        session = Session(bus, learner, "truck", notices, recorder=Recorder(path, notices.say))
         ended(session, lambda now: now.frames == len(frames))
     assert len(path.read_text().splitlines()) == len(frames)
     live = session.snapshot.known.answer
@@ -97,12 +97,12 @@ def test_a_bus_that_is_lost_is_opened_again_and_nothing_learned_is_lost(monkeypa
     total = sum(map(len, pieces))
     monkeypatch.setattr(can, "Bus", Cable)
     monkeypatch.setattr(live_bus, "TRY_AGAIN_S", 0.05)
-    said = Sayings()
+    notices = Notices()
     learner = new_learner()
-    bus = Bus("can0", "socketcan", 250_000, said.say)
-    session = ended(Session(bus, learner, "truck", said), lambda now: now.frames == total)
+    bus = Bus("can0", "socketcan", 250_000, notices.say)
+    session = ended(Session(bus, learner, "truck", notices), lambda now: now.frames == total)
     assert opened == [{"channel": "can0", "interface": "socketcan", "bitrate": 250_000}] * 3
-    lost, back = (line.text for line in session.snapshot.said)
+    lost, back = (line.text for line in session.snapshot.notices)
     assert lost.startswith("can0 (socketcan) is lost: Network is down; oncenter tries to open it again, after ")
     assert back.startswith("can0 (socketcan) is back after ")
     assert session.snapshot.driven_s == pytest.approx(40.0, abs=0.1)  # 2 s of silence are ticks without signals
@@ -110,14 +110,14 @@ def test_a_bus_that_is_lost_is_opened_again_and_nothing_learned_is_lost(monkeypa
 
 def test_a_bus_that_falls_silent_is_reported_once(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("oncenter.live.session.SILENT_S", 0.2)
-    said = Sayings()
-    bus = Bus("silent", "virtual", None, said.say)
+    notices = Notices()
+    bus = Bus("silent", "virtual", None, notices.say)
     with sender("silent") as sending:
-        session = Session(bus, new_learner(), "truck", said)
+        session = Session(bus, new_learner(), "truck", notices)
         session.start()
         time.sleep(0.8)
         sending.send(message(drive(0.1)[0]))
-        ended_with = [line.text for line in _stopped(session, lambda now: now.frames == 1).said]
+        ended_with = [line.text for line in _stopped(session, lambda now: now.frames == 1).notices]
     assert ended_with[0] == "no frame on silent (virtual) for 0 s: check cable, ignition and bitrate"
     assert len(ended_with) == 2 and ended_with[1].startswith("frames again after ")
 
@@ -126,16 +126,16 @@ def test_a_disagreement_of_senders_does_not_end_the_recording(tmp_path: Path) ->
     other = [replace(frame, identifier=frame.identifier + 2, time=frame.time + 1e-4) for frame in drive(10.0)[::4]]
     turned = [replace(frame, data=b"\x00\x70" + frame.data[2:]) for frame in other]  # the angle's bytes
     frames = sorted([*drive(10.0), *turned], key=lambda frame: frame.time)
-    said, path = Sayings(), tmp_path / "kept.log"
-    bus = Bus("disagreeing", "virtual", None, said.say)
+    notices, path = Notices(), tmp_path / "kept.log"
+    bus = Bus("disagreeing", "virtual", None, notices.say)
     with sender("disagreeing") as sending:
         for frame in frames:
             sending.send(message(frame))
-        session = Session(bus, new_learner(), "truck", said, recorder=Recorder(path, said.say))
+        session = Session(bus, new_learner(), "truck", notices, recorder=Recorder(path, notices.say))
         ended(session, lambda now: now.frames == len(frames) and now.phase == "paused")
     assert len(path.read_text().splitlines()) == len(frames)
     assert session.snapshot.known.answer is None
-    (line,) = (line.text for line in said.all())
+    (line,) = (line.text for line in notices.all())
     assert line.startswith("the estimate is paused, recording continues: VDC2 from 0x3E and VDC2 from 0x40 disagree")
     assert "--source steering_wheel_angle=0x3E" in line
 
@@ -151,15 +151,15 @@ def test_frames_that_no_can_bus_can_carry_are_counted_said_once_and_not_recorded
         can.Message(arbitration_id=1, timestamp=START_S, data=bytes(300), dlc=300),
     ]
     good[5].channel = "can0 00000001#00\n(0.0) can0"  # becomes part of a line of the recording
-    said, path = Sayings(), tmp_path / "kept.log"
-    bus = Bus("gateway", "virtual", None, said.say)
+    notices, path = Notices(), tmp_path / "kept.log"
+    bus = Bus("gateway", "virtual", None, notices.say)
     with sender("gateway") as sending:
         for one in [*wrong[:3], *good, *wrong[3:]]:
             sending.send(one)
-        session = Session(bus, new_learner(), "truck", said, recorder=Recorder(path, said.say))
+        session = Session(bus, new_learner(), "truck", notices, recorder=Recorder(path, notices.say))
         ended(session, lambda now: now.frames == len(good) and now.dropped.impossible == len(wrong))
     assert len(frames_of_log(path)) == len(path.read_text().splitlines()) == len(good)
-    assert [line.text for line in said.all()] == [
+    assert [line.text for line in notices.all()] == [
         "gateway (virtual) sent a frame with an identifier, length or time that is impossible on CAN: such frames are "
         "discarded and counted",
         f"of {len(good)} frames in all, discarded: {len(wrong)} that are no CAN frames",
@@ -220,24 +220,24 @@ def test_a_can_interface_s_own_counters_are_among_the_losses(tmp_path: Path, mon
 
 def test_lost_frames_are_said_once_where_they_were_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(live_bus, "WAITING_MAX", 5)
-    said = Sayings()
-    bus = Bus("fast", "virtual", None, said.say)
+    notices = Notices()
+    bus = Bus("fast", "virtual", None, notices.say)
     frames = drive(1.0)
     with sender("fast") as sending:
         for frame in frames:
             sending.send(message(frame))
         until(lambda: bus.dropped.queue == len(frames) - 5)
-        session = Session(bus, new_learner(), "truck", said)
+        session = Session(bus, new_learner(), "truck", notices)
         ended(session, lambda now: now.frames == 5)
     lost = f"lost: {len(frames) - 5} in oncenter's queue"
-    assert [line.text for line in said.all()] == [f"frames are being lost: {lost}", f"of 5 frames in all, {lost}"]
+    assert [line.text for line in notices.all()] == [f"frames are being lost: {lost}", f"of 5 frames in all, {lost}"]
 
 
 def test_a_stranger_s_datagram_does_not_end_the_bus(group: str, monkeypatch: pytest.MonkeyPatch) -> None:
     of_port = can.Bus
     monkeypatch.setattr(can, "Bus", lambda **options: of_port(**{**options, "port": 43178}))
-    said = Sayings()
-    bus = Bus(group, "udp_multicast", None, said.say)
+    notices = Notices()
+    bus = Bus(group, "udp_multicast", None, notices.say)
     with over_udp(group, port=43178) as sending:
         for data in (b"\xff", b"\x81\xa1x\x01", b"", b"\xc1" * 2000):
             sending._multicast.send(data)
@@ -246,7 +246,7 @@ def test_a_stranger_s_datagram_does_not_end_the_bus(group: str, monkeypatch: pyt
         until(lambda: bool(taken.extend(bus.take(0.1)) or taken))
     bus.close()
     assert bus.dropped == Dropped(impossible=4)
-    assert [line.text for line in said.all()] == [
+    assert [line.text for line in notices.all()] == [
         f"{group} (udp_multicast) sent a frame that cannot be read: such frames are discarded and counted"
     ]
 
@@ -309,20 +309,20 @@ def test_a_gateway_that_closes_is_asked_again_and_one_that_refuses_is_said_once(
     gateway: Gateway, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(live_bus, "TRY_AGAIN_S", 0.05)
-    said = Sayings()
+    notices = Notices()
     gateway.begin()
-    bus = Bus("can0", "socketcand", None, said.say)
-    until(lambda: gateway.opened >= 2)  # it closed, and was asked again
+    bus = Bus("can0", "socketcand", None, notices.say)
+    until(lambda: gateway.opened >= 2)  # it closed, and was opened again
     gateway.end()
     time.sleep(0.5)  # its last client has gone by then
-    until(lambda: said.all()[-1].text.startswith("can0 (socketcand) is lost: the peer closed the connection"))
-    told = len(said.all())
+    until(lambda: notices.all()[-1].text.startswith("can0 (socketcand) is lost: the peer closed the connection"))
+    count = len(notices.all())
     time.sleep(1.0)
-    assert len(said.all()) == told  # it refuses
+    assert len(notices.all()) == count  # it refuses
     gateway.begin()
     opened = gateway.opened
     until(lambda: gateway.opened > opened)
-    until(lambda: any(" is back after " in line.text for line in said.all()[told:]))
+    until(lambda: any(" is back after " in line.text for line in notices.all()[count:]))
     bus.close()
     assert len(bus.take(0.0)) == gateway.opened
     assert bus.dropped == Dropped(impossible=gateway.opened)  # of 34 bits

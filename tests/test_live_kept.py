@@ -18,7 +18,7 @@ from oncenter.live.learner import Learner, needed
 from oncenter.live.memory import Memory
 from oncenter.live.record import Recorder
 from oncenter.live.replay import Replay
-from oncenter.live.session import Sayings, Session
+from oncenter.live.session import Notices, Session
 from oncenter.live.trace import Trace, unit_of
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream
@@ -46,14 +46,14 @@ def test_a_full_disk_is_said_once_and_every_frame_is_there_after(
     monkeypatch.setattr(live_record, "_AGAIN_S", 0.05)
     monkeypatch.setattr(live_record, "_EVERY_S", 0.01)
     monkeypatch.setattr(os, "write", write)
-    said = Sayings()
-    recorder = Recorder(tmp_path / "kept.log", said.say)
+    notices = Notices()
+    recorder = Recorder(tmp_path / "kept.log", notices.say)
     recorder.take([message(frame) for frame in frames])
-    until(lambda: len(said.all()) == 1)
+    until(lambda: len(notices.all()) == 1)
     room["bytes"] = 1 << 30
-    until(lambda: len(said.all()) == 2)
+    until(lambda: len(notices.all()) == 2)
     recorder.close()
-    full, again = (line.text for line in said.all())
+    full, again = (line.text for line in notices.all())
     assert "No space left on device; frames are kept in memory, the estimate continues" in full
     assert again.endswith("is recorded again, nothing is missing")
     assert frames_of_log(tmp_path / "kept.log").time.tolist() == [round(frame.time, 6) for frame in frames]
@@ -68,15 +68,15 @@ def test_frames_that_the_disk_never_took_are_counted(tmp_path: Path, monkeypatch
     monkeypatch.setattr(live_record, "_EVERY_S", 0.01)
     monkeypatch.setattr(live_record, "WAITING_MAX_BYTES", 2000)
     monkeypatch.setattr(os, "write", write)
-    said = Sayings()
-    recorder = Recorder(tmp_path / "kept.log", said.say)
+    notices = Notices()
+    recorder = Recorder(tmp_path / "kept.log", notices.say)
     recorder.take([message(frame) for frame in frames[:100]])
-    until(lambda: len(said.all()) == 1)
+    until(lambda: len(notices.all()) == 1)
     recorder.take([message(frame) for frame in frames[100:]])
     until(lambda: recorder.lost == len(frames) - 100)
     recorder.close()
     assert recorder.lost == len(frames)
-    assert said.all()[-1].text.endswith("the last 100 frames were not recorded")
+    assert notices.all()[-1].text.endswith("the last 100 frames were not recorded")
 
 
 def test_what_is_recorded_is_on_disk_before_it_is_closed(tmp_path: Path) -> None:
@@ -97,8 +97,8 @@ def test_a_recording_is_never_written_over(tmp_path: Path) -> None:
 
 def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_path: Path) -> None:
     learner = new_learner()
-    said = Sayings()
-    memory = Memory(tmp_path, "truck 7", said.say)
+    notices = Notices()
+    memory = Memory(tmp_path, "truck 7", notices.say)
     frames = frames_of_log(log)
     taught = Learner(learner.stream, learner.vehicle, memory.resume)
     halves = cut(frames, 0, len(frames) // 2), cut(frames, len(frames) // 2, len(frames))
@@ -133,20 +133,20 @@ def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_
 
 def _resumed(frames: Frames, folder: Path, truck: str) -> tuple[Learner, list[str]]:
     """The learner after the first tick, which knows nothing but the resumed state, and the messages."""
-    said = Sayings()
-    memory = Memory(folder, truck, said.say)
+    notices = Notices()
+    memory = Memory(folder, truck, notices.say)
     learner = Learner(Stream("bus", needed(oc.vehicle(TRUCK))), oc.vehicle(TRUCK), memory.resume)
     begin_s = frames.time[0]
     learner.take(frames.where(frames.time < begin_s + 5.2))
     assert learner.core is not None
     memory.close()
-    return learner, [line.text for line in said.all()]
+    return learner, [line.text for line in notices.all()]
 
 
 def test_a_truck_whose_memory_is_in_use_is_watched_all_the_same(log: Path, tmp_path: Path) -> None:
     frames = frames_of_log(log)
-    said = Sayings()
-    first = Memory(tmp_path, "one", said.say)
+    notices = Notices()
+    first = Memory(tmp_path, "one", notices.say)
     first.resume(fed := _first_core(frames))
     _, lines = _resumed(frames, tmp_path, "one")
     assert len(lines) == 1 and "neither resumed nor saved" in lines[0] and "another oncenter live uses it" in lines[0]
@@ -168,13 +168,13 @@ def _first_core(frames: Frames) -> Any:
 
 @pytest.mark.parametrize("suffix", [".parquet", ".mf4"])
 def test_the_trace_is_a_table_with_units_that_answers_as_the_drive_did(log: Path, tmp_path: Path, suffix: str) -> None:
-    said = Sayings()
+    notices = Notices()
     path = tmp_path / f"trace{suffix}"
-    learner, trace = new_learner(), Trace(path, said.say)
+    learner, trace = new_learner(), Trace(path, notices.say)
     for stepped in fed(learner, frames_of_log(log)):
         trace.take(stepped)
     trace.close()
-    assert said.all() == ()
+    assert notices.all() == ()
     assert [p.name for p in tmp_path.iterdir()] == [path.name]
     live = learner.known().answer
     again = oc.offset(oc.read(path), oc.vehicle(TRUCK))
@@ -197,13 +197,13 @@ def test_a_trace_that_fills_the_disk_holds_what_came_before(
 
     real_write = os.write
     monkeypatch.setattr(os, "write", write)
-    said = Sayings()
-    trace = Trace(tmp_path / "trace.parquet", said.say)
+    notices = Notices()
+    trace = Trace(tmp_path / "trace.parquet", notices.say)
     stepped = fed(new_learner(), cut(frames_of_log(log), 0, 20_000))
     for step in stepped:
         trace.take(step)
     trace.close()
-    assert [line.text for line in said.all()] == [
+    assert [line.text for line in notices.all()] == [
         f"the trace {tmp_path / 'trace.parquet'} ends here: No space left on device"
     ]
     table = pl.read_parquet(tmp_path / "trace.parquet")
@@ -232,11 +232,11 @@ def test_what_is_learned_is_saved_while_it_is_driven(
     log: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("oncenter.live.session.SAVE_EVERY_S", 0.05)
-    said = Sayings()
+    notices = Notices()
     truck = oc.vehicle(TRUCK)
-    memory = Memory(tmp_path, "one", said.say)
+    memory = Memory(tmp_path, "one", notices.say)
     learner = Learner(Stream("bus", needed(truck)), truck, memory.resume)
-    session = Session(Replay(log, 100.0), learner, "one", said, memory=memory)
+    session = Session(Replay(log, 100.0), learner, "one", notices, memory=memory)
     session.start()
     path = tmp_path / "one.state"
     until(lambda: path.exists() and _slots_written(path) == 2)

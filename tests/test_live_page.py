@@ -34,7 +34,7 @@ from oncenter.live.history import Strip
 from oncenter.live.learner import Learner, needed
 from oncenter.live.pictures import Pictures
 from oncenter.live.replay import Replay
-from oncenter.live.session import Sayings, Session
+from oncenter.live.session import Notices, Session
 from oncenter.live.snapshot import Dropped, Snapshot
 from oncenter.live.web import NEXT, READY, Hello, Page, names_of
 from oncenter.offset.inputs import params_of
@@ -48,7 +48,7 @@ SIZES = {"phone": (400, 850), "dashboard": (800, 480), "desk": (1280, 900)}
 def session_of(log: Path, speed: float) -> Session:
     truck = oc.vehicle(TRUCK)
     replay = Replay(log, speed)
-    return Session(replay, Learner(Stream(replay.name, needed(truck)), truck), "truck", Sayings())
+    return Session(replay, Learner(Stream(replay.name, needed(truck)), truck), "truck", Notices())
 
 
 @pytest.fixture(scope="module")
@@ -168,19 +168,19 @@ def test_a_port_is_free_again_once_the_page_has_ended(log: Path) -> None:
 
 
 def test_a_page_whose_process_dies_is_said_and_the_session_goes_on(log: Path) -> None:
-    said: list[str] = []
+    notices: list[str] = []
     session = session_of(log, 20.0)
-    with Page(session, PARAMS, "127.0.0.1", 0, said.append) as page:
+    with Page(session, PARAMS, "127.0.0.1", 0, notices.append) as page:
         session.start()
         page._process.kill()
-        until(lambda: said != [])
+        until(lambda: notices != [])
         begun = session.snapshot.number
         until(lambda: session.snapshot.number > begun + 10)
         session.stop()
         session.join()
     assert session.failure is None
     code = page._process.wait()
-    assert said == [f"the page has ended: its process ended with code {code}; the session continues"]
+    assert notices == [f"the page has ended: its process ended with code {code}; the session continues"]
 
 
 @pytest.mark.slow
@@ -192,8 +192,8 @@ def test_the_page_s_process_ends_with_the_session_s() -> None:
         "    print(page._process.pid, flush=True)\n"
         "    os.kill(os.getpid(), signal.SIGKILL)\n"
     )
-    told = subprocess.run([sys.executable, "-c", begin], capture_output=True, text=True, cwd=Path(__file__).parent)
-    until(lambda: _has_ended(int(told.stdout)))
+    child = subprocess.run([sys.executable, "-c", begin], capture_output=True, text=True, cwd=Path(__file__).parent)
+    until(lambda: _has_ended(int(child.stdout)))
 
 
 def _has_ended(pid: int) -> bool:
@@ -213,7 +213,7 @@ def test_without_a_viewer_the_session_does_nothing_for_the_page(log: Path) -> No
         page._pipe.send = lambda snapshot: (sent.append(snapshot.number), send(snapshot))
         session.start()
         for _ in range(20):
-            token_of(page)  # a page that is asked for is no viewer
+            token_of(page)  # a request for the page is no viewer
         until(lambda: session.snapshot.number > 20)
         assert sent == []
         own = f"127.0.0.1:{page.port}"
@@ -222,9 +222,9 @@ def test_without_a_viewer_the_session_does_nothing_for_the_page(log: Path) -> No
         until(lambda: connection.recv(1 << 16) != b"" and len(sent) > 10)
         connection.close()
         time.sleep(1.0)
-        asked = len(sent)
+        sent_before = len(sent)
         time.sleep(1.0)
-        assert len(sent) <= asked + 1
+        assert len(sent) <= sent_before + 1
         session.stop()
         session.join()
 
@@ -348,12 +348,12 @@ def test_nothing_is_made_for_a_viewer_who_does_not_read(log: Path, monkeypatch: 
     own = f"127.0.0.1:{served.port}"
     line, connection = handshake(served, f"http://{own}", own)
     assert line == "HTTP/1.1 101"
-    asked = 0
-    while served.pipe.poll(2.0):  # until he is stuck, nothing is asked for
+    requests = 0
+    while served.pipe.poll(2.0):  # until the viewer is stuck, nothing is requested
         assert served.pipe.recv_bytes() == NEXT
-        asked += 1
-        served.pipe.send(replace(session.snapshot, number=1000 + asked))
-        assert asked < 10
+        requests += 1
+        served.pipe.send(replace(session.snapshot, number=1000 + requests))
+        assert requests < 10
     stuck = len(made)
     while not served.pipe.poll(0.0):  # he is still there: once he reads, there is more for him
         assert connection.recv(1 << 20)
@@ -370,7 +370,7 @@ def test_a_viewer_who_left_in_a_quiet_time_is_not_a_failure(log: Path) -> None:
 
     snapshot, begun = session_of(log, 1.0).snapshot, []
 
-    async def told() -> None:
+    async def follow() -> None:
         news, doc = live_page.News(snapshot, PARAMS, lambda: None), Left()
         doc.add_next_tick_callback = begun.append
         live_page.page(doc, news)
@@ -380,7 +380,7 @@ def test_a_viewer_who_left_in_a_quiet_time_is_not_a_failure(log: Path) -> None:
         news.update(snapshot)
         await asyncio.wait_for(following, 5.0)
 
-    asyncio.run(told())
+    asyncio.run(follow())
     assert begun
 
 
@@ -400,7 +400,7 @@ def test_a_slow_viewer_gets_the_last_state_as_well(log: Path) -> None:
     class Followed(Document):
         session_context = Slow()
 
-    async def told() -> None:
+    async def follow() -> None:
         doc, begun = Followed(), []
         doc.add_next_tick_callback = begun.append
         live_page.page(doc, news)
@@ -412,12 +412,12 @@ def test_a_slow_viewer_gets_the_last_state_as_well(log: Path) -> None:
         await news.end()
 
     news = live_page.News(first, PARAMS, lambda: None)
-    asyncio.run(told())
+    asyncio.run(follow())
     assert shown[-1] == first.number + 2
 
 
 class Driven:
-    """A log that is played as far as it is told."""
+    """A log that is played up to `to_s`."""
 
     def __init__(self, log: Path) -> None:
         self.name, self.dropped, self.ended, self.to_s = log.name, Dropped(), False, 0.0
@@ -436,11 +436,11 @@ class Driven:
 @pytest.mark.browser
 def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(log: Path, browser: Any) -> None:
     truck, driven = oc.vehicle(TRUCK), Driven(log)
-    session = Session(driven, Learner(Stream("bus", needed(truck)), truck), "truck", Sayings())
+    session = Session(driven, Learner(Stream("bus", needed(truck)), truck), "truck", Notices())
     with Page(session, PARAMS, "127.0.0.1", 0, print) as page:
         view = browser.new_page(viewport={"width": 1280, "height": 900})
-        asked, wrong = [], []
-        view.on("request", lambda request: asked.append(request.url))
+        requested, wrong = [], []
+        view.on("request", lambda request: requested.append(request.url))
         note_errors(view, wrong)
         view.goto(page.url)
         session.start()
@@ -486,7 +486,7 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
     time.sleep(4.0)  # longer than a page waits for news before it is lost
     assert view.is_hidden("#lost") and view.is_hidden("#gate")
     assert [fault for fault in wrong if fault.startswith("page error")] == []  # the console shows the lost connection
-    assert asked and all(url.startswith(page.url) for url in asked)
+    assert requested and all(url.startswith(page.url) for url in requested)
     view.close()
 
 

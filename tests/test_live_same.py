@@ -117,8 +117,8 @@ OF_LOGS = ("recording_has_holes", "signal_began_late", "signal_ended_early")
 
 def numbers(answer: oc.Answer | None) -> dict[str, Any]:
     assert answer is not None
-    said = {key: value for key, value in answer.to_dict().items() if key not in ("log", "notes")}
-    return said | {"findings": [each for each in said["findings"] if each["code"] not in OF_LOGS]}
+    members = {key: value for key, value in answer.to_dict().items() if key not in ("log", "notes")}
+    return members | {"findings": [each for each in members["findings"] if each["code"] not in OF_LOGS]}
 
 
 def check_same(log: Path, **of_read: Any) -> float:

@@ -395,10 +395,10 @@ def _question(key: str, value: object) -> str:
     if key not in KEYS or not isinstance(value, int | float):
         return ""
     try:
-        asked = KEYS[key].other_unit(float(value))
+        question = KEYS[key].other_unit(float(value))
     except OverflowError:  # an integer beyond all floats
         return ""
-    return f": {asked}" if asked else ""
+    return f": {question}" if question else ""
 
 
 def _required(key: str, error: ErrorDetails) -> str:

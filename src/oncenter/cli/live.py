@@ -20,7 +20,7 @@ from oncenter.files.log_formats import OF_FRAMES
 if TYPE_CHECKING:
     from oncenter.live.bus import Bus
     from oncenter.live.replay import Replay
-    from oncenter.live.session import Sayings, Session
+    from oncenter.live.session import Notices, Session
     from oncenter.offset.answer import Answer
     from oncenter.read.stream import Stream
     from oncenter.vehicle import Vehicle
@@ -93,7 +93,7 @@ def live(
     from oncenter.files.extra import require_package
     from oncenter.live.learner import needed
     from oncenter.live.memory import default_folder
-    from oncenter.live.session import Sayings
+    from oncenter.live.session import Notices
     from oncenter.read.stream import Stream
 
     _check(channel, bitrate, replay, speed, record)
@@ -104,20 +104,20 @@ def live(
     vehicle = with_limit(oc.vehicle(vehicle_file), limit)
     databases = dbc or vehicle.databases()
     spare_inputs(outputs, databases)
-    said = Sayings()
+    notices = Notices()
     with ExitStack() as opened:
-        given = _opened(channel, interface, bitrate, replay, speed, said)
+        given = _opened(channel, interface, bitrate, replay, speed, notices)
         opened.callback(given.close)
         names, take = vehicle.signal_names, sources_of(source)
         stream = Stream(given.name, needed(vehicle), names=names, dbc=databases, take=take)
         folder = state or (default_folder() if replay is None else None)
-        session = _session(given, stream, vehicle, truck or vehicle.name, folder, said, record=record, trace=trace)
+        session = _session(given, stream, vehicle, truck or vehicle.name, folder, notices, record=record, trace=trace)
         if web:
             from oncenter.live.web import Page
             from oncenter.offset.inputs import params_of
 
-            page = opened.enter_context(Page(session, params_of(vehicle, None), address, port, said.say))
-            said.say(f"the page is at {page.url}")
+            page = opened.enter_context(Page(session, params_of(vehicle, None), address, port, notices.say))
+            notices.say(f"the page is at {page.url}")
         _watch(session, vehicle)
     answer = _answer(session, stream, needed(vehicle))
     typer.echo(answer.to_json(schema) if json else as_table(answer))
@@ -126,17 +126,17 @@ def live(
 def _check(
     channel: str | None, bitrate: int | None, replay: Path | None, speed: float | None, record: Path | None
 ) -> None:
-    said = ""
+    wrong = ""
     if (channel is None) == (replay is None):
-        said = "name either a CHANNEL or --replay LOG"
+        wrong = "name either a CHANNEL or --replay LOG"
     elif replay is not None and record is not None:
-        said = "--record is for a bus, not for --replay: the log exists already"
+        wrong = "--record is for a bus, not for --replay: the log exists already"
     elif replay is not None and bitrate is not None:
-        said = "--bitrate is for a bus, not for --replay"
+        wrong = "--bitrate is for a bus, not for --replay"
     elif channel is not None and speed is not None:
-        said = "--speed is for --replay, not for a bus"
-    if said:
-        raise OncenterError(said, code="usage", exit_code=WRONG_USAGE)
+        wrong = "--speed is for --replay, not for a bus"
+    if wrong:
+        raise OncenterError(wrong, code="usage", exit_code=WRONG_USAGE)
 
 
 def _session(
@@ -145,7 +145,7 @@ def _session(
     vehicle: Vehicle,
     truck: str,
     folder: Path | None,
-    said: Sayings,
+    notices: Notices,
     *,
     record: Path | None,
     trace: Path | None,
@@ -156,11 +156,11 @@ def _session(
     from oncenter.live.session import Session
     from oncenter.live.trace import Trace
 
-    memory = Memory(folder, truck, said.say) if folder is not None else None
-    tracer = Trace(trace, said.say) if trace is not None else None
-    recorder = Recorder(record, said.say) if record is not None else None
+    memory = Memory(folder, truck, notices.say) if folder is not None else None
+    tracer = Trace(trace, notices.say) if trace is not None else None
+    recorder = Recorder(record, notices.say) if record is not None else None
     learner = Learner(stream, vehicle, memory.resume if memory is not None else None)
-    return Session(given, learner, truck, said, memory=memory, recorder=recorder, trace=tracer)
+    return Session(given, learner, truck, notices, memory=memory, recorder=recorder, trace=tracer)
 
 
 def _watch(session: Session, vehicle: Vehicle) -> None:
@@ -197,7 +197,7 @@ def _opened(
     bitrate: int | None,
     replay: Path | None,
     speed: float | None,
-    said: Sayings,
+    notices: Notices,
 ) -> Bus | Replay:
     if replay is not None:
         from oncenter.live.replay import SLOWEST, Replay
@@ -206,7 +206,7 @@ def _opened(
     from oncenter.live.bus import Bus
 
     assert channel is not None
-    return Bus(channel, _interface(interface), bitrate, said.say)
+    return Bus(channel, _interface(interface), bitrate, notices.say)
 
 
 def _interface(named: str | None) -> str:

@@ -153,7 +153,7 @@ def _of_all(
     from oncenter.cli.logs import read_logs
 
     before = None if memory is None else _remembered(memory, truck)
-    drives, told = read_logs(places, truck, dbc, take, _wanted(method, truck, params))
+    drives, found = read_logs(places, truck, dbc, take, _wanted(method, truck, params))
     with progress_bar("answering", *places.logs) as progress:
         if before is None:
             answer, after = oc.offset(drives, truck, method=method, params=params, progress=progress), None
@@ -161,7 +161,7 @@ def _of_all(
             from oncenter.memory import offset_with_memory
 
             answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
-    answer = replace(answer, findings=(*told, *answer.findings), notes=(*answer.notes, *places.notes))
+    answer = replace(answer, findings=(*found, *answer.findings), notes=(*answer.notes, *places.notes))
     return answer, None if after == before else after
 
 

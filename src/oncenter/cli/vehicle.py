@@ -92,7 +92,7 @@ def new(
     }
     values: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if wheelbase_m is None and steering_ratio is None and sys.stdin is not None and sys.stdin.isatty():
-        values = _asked(output, values)
+        values = _prompted(output, values)
     _require_both(values)
     databases = [Path(path) for path in values.get("dbc", ())]
     proposed, notes = proposals_for(databases, log, values.get("signals", ()))
@@ -174,7 +174,7 @@ def _refuse_existing(output: Path) -> None:
         )
 
 
-def _asked(output: Path, given: dict[str, Any]) -> dict[str, Any]:
+def _prompted(output: Path, given: dict[str, Any]) -> dict[str, Any]:
     """Values from the terminal; the prompts go to standard error, as no answer is among them."""
     from oncenter.vehicle_file.questions import answers
 

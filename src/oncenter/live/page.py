@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from bokeh.models import ColumnDataSource
     from bokeh.resources import Resources
 
-_SAID_SHOWN = 6
+_NOTICES_SHOWN = 6
 _TOKEN = "TOKEN-OF-THE-VIEWER"  # placeholder in the page's HTML
 _LAST_S = 0.5  # for updates on their way at the end
 
@@ -58,12 +58,12 @@ class News:
         self.over = False
         self.followers: set[asyncio.Task[None]] = set()
         self._params, self._ask = params, ask
-        self._asked = False
+        self._is_requested = False
         self._json: tuple[int, str] = (-1, "")
         self._next = asyncio.Event()
 
     def update(self, newest: Snapshot) -> None:
-        self.snapshot, self._asked = newest, False
+        self.snapshot, self._is_requested = newest, False
         self._wake()
 
     def json(self) -> str:
@@ -73,8 +73,8 @@ class News:
         return self._json[1]
 
     async def wait(self) -> None:
-        if not self._asked:
-            self._asked = True
+        if not self._is_requested:
+            self._is_requested = True
             self._ask()
         await self._next.wait()
 
@@ -215,7 +215,8 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
             for finding in (answer.findings if answer is not None else ())
         ],
         "said": [
-            f"{time.strftime('%H:%M:%S', time.localtime(said.time_s))} {said.text}" for said in now.said[-_SAID_SHOWN:]
+            f"{time.strftime('%H:%M:%S', time.localtime(notice.time_s))} {notice.text}"
+            for notice in now.notices[-_NOTICES_SHOWN:]
         ],
         "traffic": f"{words.bus(now)}; driven {words.duration(now.driven_s)}",
     }

@@ -227,8 +227,8 @@ def is_allowed(request: HTTPServerRequest, names: frozenset[str] | None) -> bool
         return False
     own_address, own_port = stream.socket.getsockname()[:2]
     try:
-        asked = urlsplit(f"//{host[0]}")
-        name, port = asked.hostname, asked.port or 80
+        requested = urlsplit(f"//{host[0]}")
+        name, port = requested.hostname, requested.port or 80
     except ValueError:
         return False
     accepted = names if names is not None else {_plain(own_address), socket.gethostname().lower()}

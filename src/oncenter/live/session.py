@@ -18,7 +18,7 @@ from oncenter.live import words
 from oncenter.live.bus import data_frames
 from oncenter.live.history import History
 from oncenter.live.learner import Known, Learner, Stepped
-from oncenter.live.snapshot import Angles, Dropped, Pictures, Said, Snapshot
+from oncenter.live.snapshot import Angles, Dropped, Notice, Pictures, Snapshot
 from oncenter.read.frames import Frames
 from oncenter.signals import DEGREE
 
@@ -35,7 +35,7 @@ PICTURE_EVERY_S = 1.0
 SAVE_EVERY_S = 60.0
 SILENT_S = 3.0
 LOSSES_OVER_S = 60.0  # without a lost frame, after which the next loss is reported again
-SAID_MAX = 100
+NOTICES_MAX = 100
 ESTIMATE_SD_MAX_RAD = 10.0 * DEGREE  # wider is no estimate: at standstill the motion has no steering angle in it
 _TAKE_S = 0.01
 
@@ -47,7 +47,7 @@ class Session(threading.Thread):
         source: a bus or a log, open.
         learner: of the truck.
         truck: its key, for display.
-        said: lines for people, earlier ones and those of the session.
+        notices: lines for people, earlier ones and those of the session.
         memory, recorder, trace: optional.
 
     Attributes:
@@ -61,7 +61,7 @@ class Session(threading.Thread):
         source: Bus | Replay,
         learner: Learner,
         truck: str,
-        said: Sayings,
+        notices: Notices,
         *,
         memory: Memory | None = None,
         recorder: Recorder | None = None,
@@ -70,7 +70,7 @@ class Session(threading.Thread):
         super().__init__(name="oncenter learner", daemon=True)
         self.failure: BaseException | None = None
         self.when_shown: Callable[[], None] = lambda: None
-        self._source, self._learner, self._truck, self._said = source, learner, truck, said
+        self._source, self._learner, self._truck, self._notices = source, learner, truck, notices
         self._memory, self._recorder, self._trace = memory, recorder, trace
         self._history = History()
         self._stopping = threading.Event()
@@ -131,25 +131,27 @@ class Session(threading.Thread):
     def _watch_silence(self, count: int, now: float) -> None:
         if count:
             if self._silent:
-                self._said.say(f"frames again after {now - self._last_frame_s:.0f} s")
+                self._notices.say(f"frames again after {now - self._last_frame_s:.0f} s")
             self._silent, self._last_frame_s = False, now
         elif not self._silent and now - self._last_frame_s > SILENT_S:
             self._silent = True
-            self._said.say(f"no frame on {self._source.name} for {SILENT_S:.0f} s: check cable, ignition and bitrate")
+            self._notices.say(
+                f"no frame on {self._source.name} for {SILENT_S:.0f} s: check cable, ignition and bitrate"
+            )
 
     def _watch_pause(self) -> None:
         paused = self._learner.stream.paused
         before, self._reported_paused = self._reported_paused, "" if paused is None else str(paused)
         if self._reported_paused and not before:
-            self._said.say(f"the estimate is paused, recording continues: {paused}")
+            self._notices.say(f"the estimate is paused, recording continues: {paused}")
         if before and not self._reported_paused:
-            self._said.say("the estimate continues")
+            self._notices.say("the estimate continues")
 
     def _watch_losses(self, dropped: Dropped, now: float) -> None:
         if dropped.lost == self._reported_dropped.lost:
             return
         if now - self._loss_s > LOSSES_OVER_S:
-            self._said.say(f"frames are being lost: {words.losses(dropped)}")
+            self._notices.say(f"frames are being lost: {words.losses(dropped)}")
         self._loss_s, self._reported_dropped = now, dropped
 
     def _refresh(self, now: float) -> None:
@@ -203,7 +205,7 @@ class Session(threading.Thread):
             fault="none" if self._learner.last is None else _core.FAULTS[self._learner.last.outputs["fault"][-1]],
             known=self._known,
             pictures=self._pictures,
-            said=self._said.all(),
+            notices=self._notices.all(),
         )
 
     def _dropped(self) -> Dropped:
@@ -248,7 +250,7 @@ class Session(threading.Thread):
     def _report_losses(self) -> None:
         dropped = words.losses(self._dropped())
         if dropped:
-            self._said.say(f"of {self._frames} frames in all, {dropped}")
+            self._notices.say(f"of {self._frames} frames in all, {dropped}")
 
     def _drain(self) -> None:
         frames = self._take()
@@ -263,20 +265,20 @@ class Session(threading.Thread):
                 kept.close()
 
 
-class Sayings:
-    """Lines for people from any thread; keeps the newest `SAID_MAX`."""
+class Notices:
+    """Lines for people from any thread; keeps the newest `NOTICES_MAX`."""
 
     def __init__(self) -> None:
-        self._lines: deque[Said] = deque(maxlen=SAID_MAX)
+        self._lines: deque[Notice] = deque(maxlen=NOTICES_MAX)
         self._lock = threading.Lock()
         self._number = 0
 
     def say(self, text: str) -> None:
         with self._lock:
             self._number += 1
-            self._lines.append(Said(self._number, time.time(), text))
+            self._lines.append(Notice(self._number, time.time(), text))
 
-    def all(self) -> tuple[Said, ...]:
+    def all(self) -> tuple[Notice, ...]:
         with self._lock:
             return tuple(self._lines)
 

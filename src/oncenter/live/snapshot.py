@@ -9,7 +9,7 @@ from oncenter.live.learner import Known
 
 
 @dataclass(frozen=True)
-class Said:
+class Notice:
     """A line for people; `number` counts all lines from 1."""
 
     number: int
@@ -76,5 +76,5 @@ class Snapshot:
     fault: str
     known: Known
     pictures: Pictures
-    said: tuple[Said, ...] = field(default=())
+    notices: tuple[Notice, ...] = field(default=())
     ended_s: float | None = None

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, TextIO
 
 from oncenter.live import words
-from oncenter.live.snapshot import Said, Snapshot
+from oncenter.live.snapshot import Notice, Snapshot
 
 if TYPE_CHECKING:
     from rich.panel import Panel
@@ -38,9 +38,9 @@ def _draw(session: Session, params: Mapping[str, float]) -> None:
         while True:
             ended = not session.is_alive()
             now = session.snapshot
-            for said in _new(now, shown):
-                console.print(_line(said), markup=False, highlight=False)
-                shown = said.number
+            for notice in _new(now, shown):
+                console.print(_line(notice), markup=False, highlight=False)
+                shown = notice.number
             display.update(panel(now, params), refresh=True)
             if ended:
                 return
@@ -52,9 +52,9 @@ def _print_lines(session: Session, stream: TextIO, params: Mapping[str, float]) 
     while True:
         ended = not session.is_alive()
         now = session.snapshot
-        for said in _new(now, shown):
-            print(f"oncenter: {said.text}", file=stream, flush=True)
-            shown = said.number
+        for notice in _new(now, shown):
+            print(f"oncenter: {notice.text}", file=stream, flush=True)
+            shown = notice.number
         if ended:
             print(f"oncenter: {words.finished(now)}", file=stream, flush=True)
             return
@@ -64,12 +64,12 @@ def _print_lines(session: Session, stream: TextIO, params: Mapping[str, float]) 
         session.join(_DRAW_EVERY_S)
 
 
-def _new(now: Snapshot, shown: int) -> list[Said]:
-    return [said for said in now.said if said.number > shown]
+def _new(now: Snapshot, shown: int) -> list[Notice]:
+    return [notice for notice in now.notices if notice.number > shown]
 
 
-def _line(said: Said) -> str:
-    return f"{time.strftime('%H:%M:%S', time.localtime(said.time_s))} {said.text}"
+def _line(notice: Notice) -> str:
+    return f"{time.strftime('%H:%M:%S', time.localtime(notice.time_s))} {notice.text}"
 
 
 def one_line(now: Snapshot, params: Mapping[str, float]) -> str:

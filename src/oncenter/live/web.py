@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 READY, NEXT = b"ready", b"next"  # messages of the page's process
 _END_S = 3.0  # for the last snapshot to reach the viewers; then the page's process is killed
-_ASKED_EVERY_S = 0.25  # between two checks for the end while no viewer waits
+_REQUESTED_EVERY_S = 0.25  # between two checks for the end while no viewer waits
 
 
 @dataclass(frozen=True)
@@ -118,7 +118,7 @@ class Page:
         from the process that strangers can reach is unpickled here."""
         sent = 0
         with contextlib.suppress(ConnectionError):
-            while self._is_asked():
+            while self._is_requested():
                 while self._session.snapshot.number == sent and not self._over:
                     self._newer.clear()
                     if self._session.snapshot.number == sent and not self._over:
@@ -132,11 +132,11 @@ class Page:
             self._say(f"the page has ended: its process ended with code {self._process.wait()}; the session continues")
         self._pipe.close()
 
-    def _is_asked(self) -> bool:
+    def _is_requested(self) -> bool:
         try:
             with selectors.DefaultSelector() as selector:
                 selector.register(self._socket, selectors.EVENT_READ)
-                while not selector.select(_ASKED_EVERY_S):
+                while not selector.select(_REQUESTED_EVERY_S):
                     if self._over:
                         return False
             return self._pipe.recv_bytes() == NEXT

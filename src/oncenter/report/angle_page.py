@@ -115,11 +115,11 @@ def _of_speed(course: AngleCourse, name: str, rows: np.ndarray[tuple[int], np.dt
     else:
         cells += ["—", "—"]
     # the sensor's interval is not the estimate's
-    told = rows & course.without_sensor
-    median = float(np.median(course.half_width[told])) if told.any() else np.nan
-    width = "—" if not told.any() else f"{median:.1f} deg" if median < _OPEN_DEG else "open"
+    without_sensor = rows & course.without_sensor
+    median = float(np.median(course.half_width[without_sensor])) if without_sensor.any() else np.nan
+    width = "—" if not without_sensor.any() else f"{median:.1f} deg" if median < _OPEN_DEG else "open"
     within = np.abs(error[known]) < course.half_width[rows][known]
-    cells += [width, f"{100.0 * within.mean():.0f} %" if known.any() and told.any() else "—"]
+    cells += [width, f"{100.0 * within.mean():.0f} %" if known.any() and without_sensor.any() else "—"]
     labels = ("Time", "RMS error", "Mean error", "95 % half-width", "Within it")
     return (
         f'<tr><th scope="row">{name}</th>'

@@ -132,11 +132,11 @@ class SteadyTruck:
         """Front wheel angle and side slip of the same truck with tyres that are linear as near zero slip."""
         C, s, x = self.stiffness_n_rad, self.steer_share, self.ahead_m
         balance = np.array([[(C * s).sum(), -C.sum()], [(C * s * x).sum(), -(C * x).sum()]])
-        asked = [
+        needed = [
             self.mass_kg * a_y + (C * x).sum() * curvature,
             (C * x * x).sum() * curvature + self.scrub_n_m2 * curvature,
         ]
-        return np.linalg.solve(balance, np.array(asked))
+        return np.linalg.solve(balance, np.array(needed))
 
 
 def steady_truck(layout: str, **changes: Any) -> SteadyTruck:

@@ -80,8 +80,8 @@ def _unusual(truck: Vehicle) -> Iterator[str]:
         low, high = key.usual
         if not low <= value <= high:
             unit = f" {key.unit}" if key.unit else ""
-            asked = key.other_unit(value)
-            yield f"{name} is {value:g}{unit}; trucks have {low:g} to {high:g}{unit}{f': {asked}' if asked else ''}"
+            other = key.other_unit(value)
+            yield f"{name} is {value:g}{unit}; trucks have {low:g} to {high:g}{unit}{f': {other}' if other else ''}"
 
 
 def _in_log(truck: Vehicle, drive: Signals) -> Iterator[tuple[str, str]]:

@@ -10,7 +10,7 @@ from oncenter.errors import OncenterError
 from oncenter.vehicle import vehicle_from
 from oncenter.vehicle_keys import KEYS, Key
 
-ASKED = (
+PROMPTED = (
     "name",
     "wheelbase_m",
     "steering_ratio",
@@ -40,7 +40,7 @@ def answers(
         given: keys that have a value already: no question.
     """
     values: dict[str, Any] = {}
-    for key in (KEYS[each] for each in ASKED if each not in given):
+    for key in (KEYS[each] for each in PROMPTED if each not in given):
         say("")
         for text in filter(None, (f"{key.name}: {_MEANING.get(key.name, key.meaning)}", key.where)):
             say(textwrap.fill(text, _WIDTH, subsequent_indent="  "))

@@ -92,7 +92,7 @@ def records(row: str, seed: int, methods: Sequence[str], folder: Path) -> list[R
             "sd_deg": (course.sd_rad / DEGREE).tolist(),
             "lean_deg": course.lean_rad / DEGREE,
             "valid": course.valid.tolist(),
-            "told_all_deg": driven.told_all_rad / DEGREE,
+            "exact_data_deg": driven.exact_data_rad / DEGREE,
             "floor_deg": driven.floor_rad / DEGREE,
             "side_force_floor_deg": driven.side_force_floor_rad / DEGREE,
             "deg_per_m_s2": driven.angle_per_m_s2 / DEGREE,

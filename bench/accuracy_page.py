@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import polars as pl
 from accuracy_figure import ANSWERED_MIN, best_rival, draw
-from accuracy_real import OXTS_OFFSET_DEG, Said, real_drives
+from accuracy_real import OXTS_OFFSET_DEG, RealOffset, real_drives
 from accuracy_rows import EVERY_ROW, POPULATED_BY, ROWS
 from accuracy_study import LIMITS, STUDIED, TABLE_4, Point, shown, study
 from population import (
@@ -24,7 +24,7 @@ from population import (
     PULL_SD_M_S2,
     SET_UP_SHARE,
     WIND_SD_M_S2,
-    cannot_be_told_apart_m_s2,
+    not_identifiable_m_s2,
     set_up_left_open_m_s2,
 )
 from sections import COMPARE, EFFECTS, TWO_PARTS, section_of, with_section
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 DOCS = Path(__file__).parents[1] / "docs"
 STUDY_DRIVES = 20
-JUDGED = "joint"  # the method that is asked to win
+JUDGED = "joint"  # the method that is required to win
 SHORT = ("ordinary", "play_15_aligning", "bypass", "motorway", "country", "town", "trailer_full", "population")
 ELSEWHERE = {  # where else than in `population` a prior is drawn, if not everywhere
     "pull_m_s2": "`pull` alone",
@@ -45,7 +45,7 @@ ELSEWHERE = {  # where else than in `population` a prior is drawn, if not everyw
     "wind_m_s": "`wind` and `cross_wind` alone",
     "gust_sd_m_s": "`wind` and `cross_wind` alone",
 }
-# What is asked.
+# The requirements.
 MEDIAN_MAX_DEG, P95_MAX_DEG = 0.10, 0.30
 VALID_MIN_ORDINARY = 0.80
 OF_FLOOR_MAX = 1.2
@@ -53,14 +53,14 @@ COVERAGE_MIN = 0.85
 COVERAGE_OF_POPULATION = (0.92, 0.99)
 MINUTES_TO_1_DEG, MINUTES_TO_HALF_DEG = 3.0, 8.0
 OFF_ON_REAL_MAX_DEG = 0.2
-# Of rows that miss what is asked: why, with the row's own figures.
+# Of rows that miss a requirement: why, with the row's own figures.
 WHY = {
     "play_15_friction": (
         "the wheels do not move in their play by themselves, so nothing shows the neutral lateral acceleration. Two "
         "trucks with different accelerometer biases, and offset and crown to match, give the same log "
         "(`tests/test_accuracy.py` drives them). The prior decides, so hardly any answer is valid. An estimator with "
         "the true truck, play and gyro bias, and the best prior of the accelerometer bias, has errors of "
-        "{told_all_median:.2f} deg (median) and {told_all_p95:.2f} (95 %), the joint method {median:.2f} and "
+        "{exact_data_median:.2f} deg (median) and {exact_data_p95:.2f} (95 %), the joint method {median:.2f} and "
         "{p95:.2f}"
     ),
     "cross_wind": (
@@ -96,7 +96,7 @@ def write_page(table: pl.DataFrame, summaries: Sequence[Summary], seeds: range) 
         draw(table, summaries, points, DOCS / "accuracy.png", Path(name))
     page = [
         *_head(table, summaries, seeds),
-        *_asked(table, summaries),
+        *_required(table, summaries),
         *_why(table, summaries),
         *_errors(summaries),
         *_how_soon(summaries),
@@ -198,7 +198,7 @@ def _set_up() -> str:
 
 
 def _apart(*, unloads: bool) -> str:
-    stood, never = (cannot_be_told_apart_m_s2(unloads=unloads, stood=stood) for stood in (True, False))
+    stood, never = (not_identifiable_m_s2(unloads=unloads, stood=stood) for stood in (True, False))
     return f"{stood:.3f}, without a standstill {never:.3f}"
 
 
@@ -299,21 +299,21 @@ and relative to the floor.
     yield ""
 
 
-def _real(said: Sequence[Said]) -> Iterator[str]:
+def _real(offsets: Sequence[RealOffset]) -> Iterator[str]:
     yield f"""## A real car
 
 Two drives of a Hyundai Genesis on a proving ground, {" and ".join(f"`{name}`" for name in OXTS_OFFSET_DEG)}, from the
 car's own sensors only. Its gyro has a bias of 0.25 to 0.30 deg/s, its accelerometer of -0.6 m/s². The reference
 offset is a fit in bends to the heading of an OxTS GNSS/INS. Required of `{JUDGED}`: within {OFF_ON_REAL_MAX_DEG:g} deg.
 """
-    if not said:
+    if not offsets:
         yield "**Not run**: the recordings, which are not part of this repository, were not there; `ONCENTER_REAL_DATA`"
         yield "names the folder that has `genesis/`."
         yield ""
         return
     yield "| drive | method | reference | estimate | ± | error | |"
     yield "|---|---|--:|--:|--:|--:|---|"
-    for s in said:
+    for s in offsets:
         if s.value_deg is None:
             yield f"| `{s.drive}` | {s.method} | {s.oxts_deg:.2f} | — | — | — | {s.refusal or s.status} |"
             continue
@@ -341,7 +341,7 @@ the other drives of this page ran on the other cores.
     yield ""
 
 
-def _asked(table: pl.DataFrame, summaries: Sequence[Summary]) -> Iterator[str]:
+def _required(table: pl.DataFrame, summaries: Sequence[Summary]) -> Iterator[str]:
     low, high = COVERAGE_OF_POPULATION
     yield f"""## What is required of `{JUDGED}`
 
@@ -381,7 +381,7 @@ def _asked(table: pl.DataFrame, summaries: Sequence[Summary]) -> Iterator[str]:
 
 
 def _why(table: pl.DataFrame, summaries: Sequence[Summary]) -> Iterator[str]:
-    """What the page owes to rows that miss what is asked, or that a rival wins."""
+    """The explanations that the page owes to rows that miss a requirement, or that a rival wins."""
     lines = [line for s in summaries if s.method == JUDGED and (line := _why_row(table, s, summaries))]
     if lines:
         yield "### Why these rows miss a requirement"
@@ -391,12 +391,12 @@ def _why(table: pl.DataFrame, summaries: Sequence[Summary]) -> Iterator[str]:
 
 
 def _why_row(table: pl.DataFrame, s: Summary, summaries: Sequence[Summary]) -> str:
-    """A line for a row that misses what is asked, with the row's figures; "" for the others, and for those whose error
+    """A line for a row that misses a requirement, with the row's figures; "" for the others, and for those whose error
     alone is too large and of which nothing is known that the row's description does not say."""
     lost = []
-    if s.row in WHY and ROWS[s.row].asked == "error" and not s.valid_p95 <= P95_MAX_DEG:
+    if s.row in WHY and ROWS[s.row].required == "error" and not s.valid_p95 <= P95_MAX_DEG:
         lost.append(f"95 % of the valid within {_number(s.valid_p95)} deg" if s.valid else "none valid")
-    if ROWS[s.row].asked == "interval" and not s.of_floor <= OF_FLOOR_MAX:
+    if ROWS[s.row].required == "interval" and not s.of_floor <= OF_FLOOR_MAX:
         lost.append(f"half-width {s.of_floor:.1f} of the floor")
     best = best_rival(summaries, s.row)
     if best and not s.median < best.median:
@@ -413,10 +413,10 @@ def _figures(table: pl.DataFrame, s: Summary) -> Mapping[str, float]:
     deg_per_m_s2 = float(np.median(list(_of(table, s.row, "deg_per_m_s2"))))
     of_row = table.filter((pl.col("row") == s.row) & (pl.col("method") == JUDGED))
     errors = of_row["error_deg"].list.last()
-    told_all = of_row["told_all_deg"].abs()
+    exact_data = of_row["exact_data_deg"].abs()
     return {
-        "told_all_median": _quantile(told_all, 0.5),
-        "told_all_p95": _quantile(told_all, 0.95),
+        "exact_data_median": _quantile(exact_data, 0.5),
+        "exact_data_p95": _quantile(exact_data, 0.95),
         "median": s.median,
         "p95": s.p95,
         "mean": float(np.nanmean(errors.to_numpy())),
@@ -435,7 +435,7 @@ def _quantile(values: pl.Series, share: float) -> float:
 
 def _demands(s: Summary, summaries: Sequence[Summary]) -> Iterator[str]:
     """Cells of a row; a comparison with NaN is not met."""
-    of_error, of_interval = (ROWS[s.row].asked == kind for kind in ("error", "interval"))
+    of_error, of_interval = (ROWS[s.row].required == kind for kind in ("error", "interval"))
     yield _met(s.valid_median <= MEDIAN_MAX_DEG, _number(s.valid_median)) if of_error else "—"
     yield _met(s.valid_p95 <= P95_MAX_DEG, _number(s.valid_p95)) if of_error else "—"
     yield _met(s.of_floor <= OF_FLOOR_MAX, _number(s.of_floor)) if of_interval else "—"

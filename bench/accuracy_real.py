@@ -18,7 +18,7 @@ OXTS_OFFSET_DEG = {"cpg_fast_lap": 0.27, "cpg_slow_lap": 0.34}
 
 
 @dataclass(frozen=True)
-class Said:
+class RealOffset:
     """A method's offset of a real drive, deg; `refusal` is the reason if there is no answer."""
 
     drive: str
@@ -30,7 +30,7 @@ class Said:
     refusal: str = ""
 
 
-def real_drives() -> Iterator[Said]:
+def real_drives() -> Iterator[RealOffset]:
     """Results by drive and method; empty if the drives are not available."""
     vehicle = oc.vehicle(ROOT / "examples" / "genesis.toml")
     for drive, oxts_deg in OXTS_OFFSET_DEG.items():
@@ -40,10 +40,10 @@ def real_drives() -> Iterator[Said]:
         signals = oc.read(log, names=vehicle.signal_names)
         for method in METHODS:
             try:
-                said = oc.offset(signals, vehicle, method=method).offset.to_dict()
+                offset = oc.offset(signals, vehicle, method=method).offset.to_dict()
             except OncenterError as error:
                 lacks = ", ".join(error.needs)
-                yield Said(drive, method, oxts_deg, refusal=f"lacks {lacks}" if lacks else error.code)
+                yield RealOffset(drive, method, oxts_deg, refusal=f"lacks {lacks}" if lacks else error.code)
                 continue
-            half_width = None if said["ci95"] is None else (said["ci95"][1] - said["ci95"][0]) / 2.0
-            yield Said(drive, method, oxts_deg, said["value"], half_width, said["status"])
+            half_width = None if offset["ci95"] is None else (offset["ci95"][1] - offset["ci95"][0]) / 2.0
+            yield RealOffset(drive, method, oxts_deg, offset["value"], half_width, offset["status"])

@@ -30,8 +30,8 @@ from population import (
     Random,
     Uniform,
     believed_accelerometer_bias_m_s2,
-    cannot_be_told_apart_m_s2,
     draw,
+    not_identifiable_m_s2,
     sensors,
     set_up_left_open_m_s2,
     steering,
@@ -62,12 +62,12 @@ WHEEL_SPEEDS = [f"wheel_speed_{corner}" for corner in ("front_left", "front_righ
 
 @dataclass(frozen=True)
 class Row:
-    """A row. `asked`: its requirement is on "error", "interval", or "" for coverage only. `times`: multiple of the
+    """A row. `required`: its requirement is on "error", "interval", or "" for coverage only. `times`: multiple of the
     usual number of drives, for a requirement within a few per cent."""
 
     name: str
     about: str
-    asked: str = "error"
+    required: str = "error"
     base: str = "thesis_drive"
     fixed: Mapping[str, Distribution | float] = dataclasses.field(default_factory=dict)
     extra: Callable[[Random], Table] = lambda random: {}
@@ -92,7 +92,7 @@ class Drive:
 
     Attributes:
         target_rad: the offset at the end of every minute.
-        told_all_rad: error of an estimator with exact data of truck, play and gyro, but without the accelerometer bias.
+        exact_data_rad: error with exact data of truck, play and gyro, but without the accelerometer bias.
         floor_rad: half-width of a 95 % interval for the part that is not identifiable from one drive: the neutral
             lateral acceleration, and half the play if only one flank is loaded.
         side_force_floor_rad: the first of these two.
@@ -109,7 +109,7 @@ class Drive:
     vehicle: Vehicle
     known: Known
     target_rad: Array
-    told_all_rad: float
+    exact_data_rad: float
     floor_rad: float
     side_force_floor_rad: float
     angle_per_m_s2: float
@@ -133,7 +133,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
     unloads = has_play and row.fixed.get("king_pin_friction_m_s2") != FRICTION_NEVER_OVERCOME_M_S2
     stood = bool((truth.table["vehicle_speed_m_s"] < STANDING_M_S).any())
     angle_per_m_s2 = truth.steering_ratio * truth.understeer_gradient
-    not_identifiable_rad = angle_per_m_s2 * cannot_be_told_apart_m_s2(unloads=unloads, stood=stood)
+    not_identifiable_rad = angle_per_m_s2 * not_identifiable_m_s2(unloads=unloads, stood=stood)
     flank_rad = 0.5 * PLAY_SD_DEG * DEGREE if row.one_flank else 0.0
     set_up_rad = angle_per_m_s2 * set_up_left_open_m_s2(stood=stood) if row.set_up else 0.0
     return Drive(
@@ -143,7 +143,7 @@ def drive(row: Row, seed: int, folder: Path) -> Drive:
         vehicle=vehicle,
         known=known_of(vehicle, scenario),
         target_rad=truth.table["steering_wheel_angle_offset_rad"].to_numpy()[ends] + truth.straight_ahead_rad,
-        told_all_rad=angle_per_m_s2 * _accelerometer_bias_error_m_s2(signals, truth, vehicle),
+        exact_data_rad=angle_per_m_s2 * _accelerometer_bias_error_m_s2(signals, truth, vehicle),
         floor_rad=1.96 * math.hypot(not_identifiable_rad, flank_rad, set_up_rad),
         side_force_floor_rad=1.96 * not_identifiable_rad,
         angle_per_m_s2=angle_per_m_s2,
@@ -396,18 +396,18 @@ _ROWS = (
         "15 deg of play, king pins that no aligning moment turns",
         fixed={"backlash_deg": 15.0, "king_pin_friction_m_s2": FRICTION_NEVER_OVERCOME_M_S2},
     ),
-    Row("no_play", "no play at all", asked="interval", fixed={"backlash_deg": 0.0}),
+    Row("no_play", "no play at all", required="interval", fixed={"backlash_deg": 0.0}),
     Row("gyro_3_deg_s", "yaw rate bias 3 deg/s", fixed={"yaw_rate_bias_deg_s": 3.0}),
     Row("gyro_drift", "yaw rate bias drifts by 0.1 deg/s a minute", extra=_sensor("yaw_rate", drift_deg_s_min=0.1)),
     Row("accelerometer_plus", "accelerometer bias +0.3 m/s²", fixed={"lateral_acceleration_bias_m_s2": 0.3}),
     Row("accelerometer_minus", "accelerometer bias -0.3 m/s²", fixed={"lateral_acceleration_bias_m_s2": -0.3}),
-    Row("pull", "alignment that pulls, sd 0.05 m/s² and 100 N", asked="interval", pulls=True),
-    Row("wind", "all roads, in wind", asked="interval", wind=True),
-    Row("cross_wind", "motorway in wind", asked="interval", base="motorway", wind=True),
+    Row("pull", "alignment that pulls, sd 0.05 m/s² and 100 N", required="interval", pulls=True),
+    Row("wind", "all roads, in wind", required="interval", wind=True),
+    Row("cross_wind", "motorway in wind", required="interval", base="motorway", wind=True),
     Row(
         "bypass",
         "bends to the left only, on a crown to the right: one flank",
-        asked="interval",
+        required="interval",
         base="bypass",
         one_flank=True,
     ),
@@ -418,7 +418,7 @@ _ROWS = (
     Row(
         "nothing_shows_gyro",
         "never stands, no wheel speeds",
-        asked="",
+        required="",
         spoil=without_wheel_speeds,
         extra=_never_stands,
     ),
@@ -436,36 +436,38 @@ _ROWS = (
     Row("trailer_full", "semitrailer, laden", base="semitrailer_full", front_axle_load_kg=FRONT_OF_THESIS_KG),
     Row("windup", "column winds up by 0.5 to 3 deg either way", extra=_wound_up),
     Row("active_return", "the same, and a motor unwinds it", extra=_wound_up_and_returned),
-    Row("unloads_on_crown", "axle set up to unload on 2 %", asked="interval", extra=_unloads_on_crown, set_up=True),
+    Row("unloads_on_crown", "axle set up to unload on 2 %", required="interval", extra=_unloads_on_crown, set_up=True),
     Row("ebc2", "wheel speeds in 1/16 km/h at 10 Hz, never stands", spoil=as_ebc2, extra=_never_stands),
     Row("no_wheel_speeds", "no wheel speeds on the bus", spoil=without_wheel_speeds),
-    Row("no_accelerometer", "lateral acceleration not used, but by rivals", asked="", uses_accelerometer=False),
+    Row("no_accelerometer", "lateral acceleration not used, but by rivals", required="", uses_accelerometer=False),
     Row(
         "no_accelerometer_motorway",
         "the same on a motorway, banked in bends",
-        asked="",
+        required="",
         uses_accelerometer=False,
         base="motorway",
     ),
-    Row("torque_pull", "`pull` with a torque sensor", asked="interval", pulls=True, torque=True, like="pull"),
+    Row("torque_pull", "`pull` with a torque sensor", required="interval", pulls=True, torque=True, like="pull"),
     Row(
         "torque_no_accelerometer",
         "`no_accelerometer`, and a torque sensor replaces it",
-        asked="",
+        required="",
         uses_accelerometer=False,
         torque=True,
         like="no_accelerometer",
     ),
     Row("kicks", "kerbs, and a stability control at work", spoil=with_kicks),
     Row("left_hand", "traffic on the left, crown mirrored", traffic_side="left"),
-    Row("wrong_side", "traffic_side is left, roads fall to the right", asked="", given_side="left"),
+    Row("wrong_side", "traffic_side is left, roads fall to the right", required="", given_side="left"),
     Row("remounted", "sensor moves by 2 to 6 deg in minute 6 to 12", extra=_remounted),
     Row("self_correction", "sender takes its offset out in two minutes", extra=_corrected_by_itself),
-    Row("vehicle_off", "vehicle file 3 % off in wheelbase and ratio (sd)", asked="", vehicle_error=Normal(0.0, 0.03)),
+    Row(
+        "vehicle_off", "vehicle file 3 % off in wheelbase and ratio (sd)", required="", vehicle_error=Normal(0.0, 0.03)
+    ),
     Row(
         "population",
         "all drawn from the priors",
-        asked="coverage",
+        required="coverage",
         times=4,
         fixed={name: PRIORS[name][0] for name in EVERY_ROW},
         extra=_population,

@@ -62,7 +62,7 @@ def ordinary_lines(seeds: range, folder: Path) -> Iterator[Line]:
         "play 0 to 4 deg": (Uniform(0.0, 4.0), 1.5),
         "play 15 deg": (15.0, 3.0),
     }
-    for name, (play, asked_deg) in rows.items():
+    for name, (play, required_deg) in rows.items():
         errors: dict[str, list[float]] = {method: [] for method in (*METHODS, "observer, --smooth", "always straight")}
         covered, half_widths, scatter, saw_both = [], [], [], []
         for seed in seeds:
@@ -80,29 +80,31 @@ def ordinary_lines(seeds: range, folder: Path) -> Iterator[Line]:
             errors["observer, --smooth"].append(rms(error[after]))
             errors["always straight"].append(rms(drive.true_rad[after] / DEGREE))
         for method, values in errors.items():
-            within = sum(value <= asked_deg for value in values)
-            asked = (
-                {"asked": f"at most {asked_deg:g} deg", "met": within == len(values)} if method == "observer" else {}
+            within = sum(value <= required_deg for value in values)
+            required = (
+                {"required": f"at most {required_deg:g} deg", "met": within == len(values)}
+                if method == "observer"
+                else {}
             )
             yield Line(
                 name,
                 method,
                 f"RMS {np.median(values):.2f} deg (median), {max(values):.2f} (worst), in {within} "
-                f"of {len(values)} at most {asked_deg:g}",
-                **asked,
+                f"of {len(values)} at most {required_deg:g}",
+                **required,
             )
         both = [value for value, saw in zip(errors["observer"], saw_both, strict=True) if saw]
-        told = f"RMS {np.median(both):.2f} deg (median), {max(both, default=math.nan):.2f} (worst)"
-        within = sum(value <= asked_deg for value in both)
+        accuracy = f"RMS {np.median(both):.2f} deg (median), {max(both, default=math.nan):.2f} (worst)"
+        within = sum(value <= required_deg for value in both)
         yield Line(
             name,
             "observer",
-            f"where the ten minutes showed both flanks of the play, {FLANK_S:g} s each: {told}, in {within} of "
-            f"{len(both)} at most {asked_deg:g}",
+            f"where the ten minutes showed both flanks of the play, {FLANK_S:g} s each: {accuracy}, in {within} of "
+            f"{len(both)} at most {required_deg:g}",
         )
         # the error without that of the estimated offset
-        told = f"about its own mean RMS {np.median(scatter):.2f} deg (median), {max(scatter):.2f} (worst)"
-        yield Line(name, "observer", told)
+        scatter_words = f"about its own mean RMS {np.median(scatter):.2f} deg (median), {max(scatter):.2f} (worst)"
+        yield Line(name, "observer", scatter_words)
         mean = float(np.mean(covered))
         yield Line(
             name,
@@ -144,13 +146,13 @@ def manoeuvre_lines(seeds: range, folder: Path) -> Iterator[Line]:
         for method in ("observer", "yaw-rate", "yaw-rate-understeer"):
             times, overshoots = np.asarray([_of_turn(turns[seed], method, teachers[seed]) for seed in seeds]).T
             met = bool(max(times) <= 0.60 and max(overshoots) <= 0.10)
-            asked = {"asked": "0.60 s, 10 %", "met": met} if method == "observer" else {}
+            required = {"required": "0.60 s, 10 %", "met": met} if method == "observer" else {}
             yield Line(
                 f"Fig. 12, lag {lag_s:.1f} s",
                 method,
                 f"90 % after {np.median(times):.2f} s (worst {max(times):.2f}), overshoot "
                 f"{100 * np.median(overshoots):.0f} % (worst {100 * max(overshoots):.0f})",
-                **asked,
+                **required,
             )
 
 
@@ -163,13 +165,13 @@ def _of_scenario(name: str, scenario: str, seeds: range, teachers: dict[int, Sig
             rows.append(_of_manoeuvre(drive, error))
         large, small, bias = np.asarray(rows).T
         parts = [f"below 200 deg RMS {np.median(small):.2f} deg (worst {max(small):.2f})"]
-        asked, met = "RMS at most 5 deg below 200 deg, 3 % above", bool(max(small) <= 5.0 and max(large) <= 0.03)
+        required, met = "RMS at most 5 deg below 200 deg, 3 % above", bool(max(small) <= 5.0 and max(large) <= 0.03)
         if large.any():
             parts.insert(0, f"above 200 deg {100 * np.median(large):.1f} % (worst {100 * max(large):.1f})")
         else:
             parts.append(f"bias in bends {np.median(bias):.2f} deg (worst {max(np.abs(bias)):.2f})")
-            asked, met = "bias at most 2 deg", bool(max(np.abs(bias)) <= 2.0)
-        given = {"asked": asked, "met": met} if method == "observer" else {}
+            required, met = "bias at most 2 deg", bool(max(np.abs(bias)) <= 2.0)
+        given = {"required": required, "met": met} if method == "observer" else {}
         yield Line(name, method, ", ".join(parts), **given)
 
 
@@ -208,23 +210,25 @@ def real_lines(seeds: range, folder: Path) -> Iterator[Line]:
     drives = {file.name.removesuffix(".csv.gz"): oc.read(file, names=names) for file in files}
     for name, drive in drives.items():
         # the offset from the whole drive with its sensor gives the reference angle
-        told_by = [other for key, other in drives.items() if key != name] if name.startswith("rfs") else []
-        lost_at = 0.0 if told_by else 0.5 * len(drive.table) / drive.rate_hz
-        asked_deg = 3.0 if told_by else 2.5
-        whole = oc.angle(drive, car, taught_by=told_by)
+        teachers = [other for key, other in drives.items() if key != name] if name.startswith("rfs") else []
+        lost_at = 0.0 if teachers else 0.5 * len(drive.table) / drive.rate_hz
+        required_deg = 3.0 if teachers else 2.5
+        whole = oc.angle(drive, car, taught_by=teachers)
         measured = whole["measured_rad"].to_numpy()
         offset = np.nanmedian(measured - whole["steering_wheel_angle_rad"].to_numpy())
         after = np.arange(len(whole)) >= 100 * lost_at
         after &= (drive.table["vehicle_speed_m_s"].to_numpy() > 3.0) & np.isfinite(measured)
         for method in ("observer", "yaw-rate", "yaw-rate-understeer", "side-slip"):
-            table = oc.angle(drive, car, method=method, sensor_lost_at=lost_at, taught_by=told_by)
+            table = oc.angle(drive, car, method=method, sensor_lost_at=lost_at, taught_by=teachers)
             error = (table["steering_wheel_angle_rad"].to_numpy() - (measured - offset))[after] / DEGREE
             sd = table["standard_deviation_rad"].to_numpy()[after] / DEGREE
             found = (
                 f"RMS {rms(error):.2f} deg, mean {error.mean():.2f}, covers {np.mean(np.abs(error) < 1.96 * sd):.0%}"
             )
             met = (
-                {"asked": f"at most {asked_deg:g} deg", "met": rms(error) <= asked_deg} if method == "observer" else {}
+                {"required": f"at most {required_deg:g} deg", "met": rms(error) <= required_deg}
+                if method == "observer"
+                else {}
             )
             yield Line(name, method, found, **met)
 

@@ -80,16 +80,16 @@ def fault_lines(seeds: range, folder: Path) -> Iterator[Line]:
             kinds = oc.angle(replace(drive.signals, table=table), drive.vehicle)["sensor_fault"].to_numpy()
             after = np.arange(len(kinds)) >= at
             wrong = after & (np.isnan(spoiled) | (np.abs(spoiled - measured) > limit)) & (drive.speed_m_s > FAST_M_S)
-            told = np.flatnonzero(after & (kinds != "none") & ((kinds != "lost") | (name == "lost")))
-            first = told[0] if len(told) else len(wrong)
+            reported = np.flatnonzero(after & (kinds != "none") & ((kinds != "lost") | (name == "lost")))
+            first = reported[0] if len(reported) else len(wrong)
             late[name].append(float(np.sum(wrong[:first])) / 100.0)
             shown[name] += bool(wrong.any())
             named_at = min(first + NAMED_AFTER_TICKS, len(kinds) - 1)
-            names[name].append(str(kinds[named_at]) if len(told) else "not found")
+            names[name].append(str(kinds[named_at]) if len(reported) else "not found")
     for name, values in late.items():
         within = int(np.sum(np.asarray(values) <= WITHIN_S))
-        called = np.mean([told == name for told in names[name]])
-        missed = sum(told == "not found" for told in names[name])
+        called = np.mean([kind == name for kind in names[name]])
+        missed = sum(kind == "not found" for kind in names[name])
         yield Line(
             name.replace("_", " "),
             "",
@@ -117,11 +117,11 @@ def healthy_lines(seeds: range, folder: Path) -> Iterator[Line]:
     yield Line(
         f"{hours:.0f} h, all kinds of drives in turn",
         "",
-        _told(alarms),
+        _in_words(alarms),
         "at most 1 in 100 h",
         len(alarms) <= max(1.0, hours / 100.0),
     )
-    yield Line(f"{kicked_hours:.0f} h of them, with kerbs and a stability control", "", _told(kicked_alarms))
+    yield Line(f"{kicked_hours:.0f} h of them, with kerbs and a stability control", "", _in_words(kicked_alarms))
 
 
 def _alarms(seed: int, signals: oc.Signals, vehicle: oc.Vehicle) -> list[str]:
@@ -131,6 +131,6 @@ def _alarms(seed: int, signals: oc.Signals, vehicle: oc.Vehicle) -> list[str]:
     return [f"drive {seed} {table['sensor_fault'][int(k) + 1]} at {k / 100.0:.0f} s" for k in begins]
 
 
-def _told(alarms: list[str]) -> str:
-    told = f" ({'; '.join(alarms[:8])}{'; …' if len(alarms) > 8 else ''})" if alarms else ""
-    return f"{len(alarms)} false alarms in {len({alarm.split()[1] for alarm in alarms})} drives{told}"
+def _in_words(alarms: list[str]) -> str:
+    examples = f" ({'; '.join(alarms[:8])}{'; …' if len(alarms) > 8 else ''})" if alarms else ""
+    return f"{len(alarms)} false alarms in {len({alarm.split()[1] for alarm in alarms})} drives{examples}"

@@ -16,11 +16,11 @@ class Line:
     what: str
     estimator: str
     found: str
-    asked: str = ""
+    required: str = ""
     met: bool | None = None
 
     def __str__(self) -> str:
-        verdict = "" if self.met is None else f"  [{self.asked}: {'met' if self.met else 'MISSED'}]"
+        verdict = "" if self.met is None else f"  [{self.required}: {'met' if self.met else 'MISSED'}]"
         return f"{self.what:24}{self.estimator:22}{self.found}{verdict}"
 
 
@@ -36,14 +36,14 @@ def write_tables(page: Path, sections: Mapping[str, Iterable[Line]]) -> None:
 
 def _table(title: str, lines: list[Line]) -> str:
     by_estimator = any(line.estimator for line in lines)
-    asks = any(line.asked for line in lines)
+    asks = any(line.required for line in lines)
     heads = ["", *(["Estimator"] if by_estimator else []), "Found", *(["Asked"] if asks else [])]
     rows = [
         [
             line.what,
             *([line.estimator] if by_estimator else []),
             line.found,
-            *([f"{line.asked}: {'met' if line.met else '**missed**'}" if line.asked else ""] if asks else []),
+            *([f"{line.required}: {'met' if line.met else '**missed**'}" if line.required else ""] if asks else []),
         ]
         for line in lines
     ]

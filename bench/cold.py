@@ -82,13 +82,13 @@ def vehicle_of(log: Path) -> str:
     return str(own) if own.exists() else TRUCK
 
 
-def asked(log: Path) -> tuple[str, ...]:
+def arguments_of(log: Path) -> tuple[str, ...]:
     return ("offset", str(log), "--vehicle", vehicle_of(log))
 
 
 def steps(log: Path, said: Path) -> dict[str, float]:
     """Seconds for start and imports, for reading, and for the answer; together the total."""
-    spent = timed(str(_HERE / "cold_steps.py"), str(said), *asked(log))
+    spent = timed(str(_HERE / "cold_steps.py"), str(said), *arguments_of(log))
     found: dict[str, float] = json.loads(said.read_text(encoding="utf-8"))
     return {"start_s": spent.wall_s - found["reading_s"] - found["answering_s"], **found}
 
@@ -96,7 +96,7 @@ def steps(log: Path, said: Path) -> dict[str, float]:
 def table(logs: dict[str, Path], rounds: int, folder: Path) -> list[Row]:
     """Medians of the rounds, by format and for the minimum imports."""
     commands = {name: ("-c", code) for name, code in FLOORS.items()}
-    commands |= {suffix: ("-m", "oncenter", *asked(log)) for suffix, log in logs.items()}
+    commands |= {suffix: ("-m", "oncenter", *arguments_of(log)) for suffix, log in logs.items()}
     spent: dict[str, list[Spent]] = {name: [] for name in commands}
     of_steps: dict[str, list[dict[str, float]]] = {suffix: [] for suffix in logs}
     for _ in range(rounds + 1):
@@ -151,8 +151,8 @@ def main() -> None:
     print(f"{given.scenario}, median of {given.rounds}; load {os.getloadavg()[0]:.1f} on {os.cpu_count()} CPUs\n")
     print("| log | wall, s | asked, s | processors, s | least |\n|---|--:|--:|--:|--:|")
     for row in rows:
-        asked_s = "" if row["asked_s"] is None else f"{row['asked_s']:.2f}"
-        print(f"| {row['log']} | {row['wall_s']:.2f} | {asked_s} | {row['cpu_s']:.2f} | {row['least_cpu_s']:.2f} |")
+        required_s = "" if row["asked_s"] is None else f"{row['asked_s']:.2f}"
+        print(f"| {row['log']} | {row['wall_s']:.2f} | {required_s} | {row['cpu_s']:.2f} | {row['least_cpu_s']:.2f} |")
 
 
 if __name__ == "__main__":

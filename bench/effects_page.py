@@ -19,7 +19,7 @@ from scipy.stats import binom
 
 PAGE = Path(__file__).parents[1] / "docs" / "accuracy.md"
 
-# What is asked; errors in deg.
+# The requirements; errors in deg.
 POOLED_VALID_MIN, POOLED_ALL_MIN = 0.92, 0.88
 CLAIMED, CHANCE = 0.95, 0.01  # probability of the binomial distribution, and its quantile that is the minimum
 OFF_DEG, FAR_OFF_DEG, DRIVES_PER_OFF = 1.0, 2.0, 60
@@ -289,11 +289,11 @@ error over its half-width: 0.34 is expected for a normal error. **Bold** misses 
 | row | what it is | drives | valid | error of the valid | covered of valid | of all | `ci95_drive`: of valid |\
  of all | error / half-width |
 |---|---|--:|--:|--:|--:|--:|--:|--:|--:|"""
-    asked = (("none_median",), ("none_p95", "drift_p95"), ("off", "far_off", "play_largest", "thesis_largest"))
+    requirements = (("none_median",), ("none_p95", "drift_p95"), ("off", "far_off", "play_largest", "thesis_largest"))
     for s in summaries:
         row, errors = s["row"], s["valid_error"]
         cells = ["—"] * 3 if errors is None else [f"{value:.2f}" for value in errors]
-        error = " / ".join(_bold(cell, row, missed, *names) for cell, names in zip(cells, asked, strict=True))
+        error = " / ".join(_bold(cell, row, missed, *names) for cell, names in zip(cells, requirements, strict=True))
         covered = " | ".join(
             _bold(_of(s[key], s[count]), row, missed, key)
             for key, count in (("covered_valid", "valid"), ("covered", "drives"))

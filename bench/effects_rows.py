@@ -159,7 +159,7 @@ def _row(name: str, about: str, *, extra: Extra = lambda random: {}, **keys: Any
     def with_sensors(random: Random) -> Table:
         return laid_over({"sensors": _real_sensors()}, extra(random))
 
-    return Row(name, about, asked="", given_side=None, extra=with_sensors, **keys)
+    return Row(name, about, required="", given_side=None, extra=with_sensors, **keys)
 
 
 def _at_sizes(name: str, about: str, made: Callable[[float], Extra], **keys: Any) -> list[Row]:

@@ -115,13 +115,13 @@ def _job(name: str, number: int, drawn: Draw, change: Planted | None, random: Ra
 def scenario(job: Job, random: Random) -> dict[str, Any]:
     """The scenario; an alignment is a lateral force of the wheels at zero slip."""
     drawn = job.drawn
-    its_truck = truck(drawn)
-    its_steering = steering(drawn, drawn["front_axle_load_kg"], pulls=True)
+    truck_section = truck(drawn)
+    steering_section = steering(drawn, drawn["front_axle_load_kg"], pulls=True)
     of_alignment_rad = -job.aligned_deg * DEGREE / drawn["steering_ratio"]
-    its_steering["pull_n"] += of_alignment_rad * its_truck["front_cornering_stiffness_n_rad"]
-    its_sensors = sensors(drawn)
-    its_sensors["steering_wheel_angle"]["offset_deg"] += job.offset_deg
-    its_sensors["yaw_rate"]["bias_deg_s"] += job.gyro_deg_s
+    steering_section["pull_n"] += of_alignment_rad * truck_section["front_cornering_stiffness_n_rad"]
+    sensor_section = sensors(drawn)
+    sensor_section["steering_wheel_angle"]["offset_deg"] += job.offset_deg
+    sensor_section["yaw_rate"]["bias_deg_s"] += job.gyro_deg_s
     return {
         "base": job.base,
         "about": "a day of a fleet",
@@ -130,15 +130,15 @@ def scenario(job: Job, random: Random) -> dict[str, Any]:
             "standing_at_start_s": drawn["standing_at_start_s"],
             "standing_at_end_s": 0.0,
         },
-        "truck": its_truck,
-        "steering": its_steering,
+        "truck": truck_section,
+        "steering": steering_section,
         "road": {
             "heading_deg": drawn["heading_deg"],
             "crown_percent": drawn["crown_percent"],
             "rough_bank_sd_percent": drawn["rough_bank_sd_percent"],
         },
         "wind": wind(drawn, random),
-        "sensors": its_sensors,
+        "sensors": sensor_section,
     }
 
 

@@ -148,11 +148,11 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--page", action="store_true")
     given = parser.parse_args()
-    told = table(given.seeds)
+    written = table(given.seeds)
     if given.page:
         text = PAGE.read_text(encoding="utf-8")
         above, below = text.index(MARKS[0]) + len(MARKS[0]), text.index(MARKS[1])
-        PAGE.write_text(f"{text[:above]}\n{told}\n\n{text[below:]}", encoding="utf-8")
+        PAGE.write_text(f"{text[:above]}\n{written}\n\n{text[below:]}", encoding="utf-8")
 
 
 if __name__ == "__main__":

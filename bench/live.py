@@ -153,9 +153,9 @@ async def visit(seconds: int) -> None:
     with ThreadPoolExecutor(FLOOD) as pool:  # asyncio's default pool has fewer threads, which would delay some clients
         clients = [asyncio.get_running_loop().run_in_executor(pool, ask, seconds) for _ in range(FLOOD)]
         states = await asyncio.gather(*viewers)
-        asked, refused = map(sum, zip(*await asyncio.gather(*clients), strict=True))
+        requests, refused = map(sum, zip(*await asyncio.gather(*clients), strict=True))
     per_s = [count / seconds for count in states]
-    print(json.dumps({"pictures_per_s": per_s, "asked": asked, "refused": refused}))
+    print(json.dumps({"pictures_per_s": per_s, "asked": requests, "refused": refused}))
 
 
 async def view(seconds: int) -> int:
@@ -180,17 +180,17 @@ async def view(seconds: int) -> int:
 
 def ask(seconds: int) -> tuple[int, int]:
     """Number of requests, and of those refused."""
-    asked = refused = 0
+    requests = refused = 0
     until_s = time.monotonic() + seconds
     connection = http.client.HTTPConnection("127.0.0.1", PORT, timeout=60)
     while time.monotonic() < until_s:
         connection.request("GET", "/")
         answer = connection.getresponse()
         answer.read()
-        asked += 1
+        requests += 1
         refused += answer.status != 200
     connection.close()
-    return asked, refused
+    return requests, refused
 
 
 def first_page() -> str:
@@ -366,7 +366,7 @@ def rows_of(
 def table(rows: list[tuple[str, str, str]]) -> str:
     shared = f"{os.cpu_count()} CPUs shared with other work (load {os.getloadavg()[1]:.1f}), at nice {os.nice(0)}"
     head = f"{processor()}, {shared}; Python {platform.python_version()}."
-    body = "\n".join(f"| {name} | {value} | {asked} |" for name, value, asked in rows)
+    body = "\n".join(f"| {name} | {value} | {required} |" for name, value, required in rows)
     return f"{head}\n\n| | measured | asked |\n|---|---|---|\n{body}\n"
 
 

@@ -195,7 +195,7 @@ def sensors(drawn: Draw) -> dict[str, Any]:
     }
 
 
-def cannot_be_told_apart_m_s2(*, unloads: bool, stood: bool) -> float:
+def not_identifiable_m_s2(*, unloads: bool, stood: bool) -> float:
     """Standard deviation in lateral acceleration that is not identifiable from one drive: the interval's minimum.
 
     If lateral force moves the wheels in their play, the drive identifies the sum accelerometer bias + pull + wind by

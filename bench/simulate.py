@@ -20,7 +20,7 @@ from layouts import THESIS_DRIVE, TRUCKS
 
 from oncenter.simulate import simulate
 
-ASKED = {"4x2": 2000.0, "semitrailer": 500.0}  # times real time
+REQUIRED = {"4x2": 2000.0, "semitrailer": 500.0}  # times real time
 
 
 def scenario_file(layout: str, minutes: float, folder: Path) -> Path:
@@ -72,9 +72,9 @@ def main() -> None:
     else:
         print(f"{'truck':12}  {'times real time':>15}  {'of processor':>12}  {'asked':>6}")
         for layout, row in rows.items():
-            missed = layout in ASKED and row["by_the_wall"] < ASKED[layout]
-            asked = f"{ASKED[layout]:6.0f}{' MISSED' if missed else ''}" if layout in ASKED else ""
-            print(f"{layout:12}  {row['by_the_wall']:15,.0f}  {row['of_processor']:12,.0f}  {asked}".rstrip())
+            missed = layout in REQUIRED and row["by_the_wall"] < REQUIRED[layout]
+            required = f"{REQUIRED[layout]:6.0f}{' MISSED' if missed else ''}" if layout in REQUIRED else ""
+            print(f"{layout:12}  {row['by_the_wall']:15,.0f}  {row['of_processor']:12,.0f}  {required}".rstrip())
         print(f"polars uses {pl.thread_pool_size()} threads, everything else one")
 
 

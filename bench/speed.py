@@ -80,10 +80,10 @@ def ticks_table(ticks: int, rounds: int) -> list[Row]:
     outputs = np.zeros(ticks, OUTPUT_DTYPE)
     outputs["time"] = 0.0  # touches every page
     field = {"summary": lambda: core().run(columns), "outputs": lambda: core().run(columns, outputs)}
-    memory = {asked: peak_beyond_mb(work) for asked, work in field.items()}
+    memory = {name: peak_beyond_mb(work) for name, work in field.items()}
     best = best_of(field, rounds)
     return [
-        {"asked": asked, "mticks_s": ticks / seconds / 1e6, "peak_mb": memory[asked]} for asked, seconds in best.items()
+        {"asked": name, "mticks_s": ticks / seconds / 1e6, "peak_mb": memory[name]} for name, seconds in best.items()
     ]
 
 
@@ -153,7 +153,7 @@ def requirements(parts: list[Row], logs: list[Row], readers: list[Row]) -> list[
     of = {row["method"]: row for row in parts}
     candump = next(row["of_rival"] for row in logs if row["log"] == ".log")
     thesis, joint = (of[method]["whole_mticks_s"] for method in ("thesis", "joint"))
-    asked = [
+    required = [
         (f"thesis method at least {THESIS_MIN_MTICKS_S:g} M ticks/s", thesis, thesis >= THESIS_MIN_MTICKS_S),
         (f"joint method at least {JOINT_MIN_MTICKS_S:g} M ticks/s", joint, joint >= JOINT_MIN_MTICKS_S),
         (
@@ -166,8 +166,8 @@ def requirements(parts: list[Row], logs: list[Row], readers: list[Row]) -> list[
         least = MIN_MFRAMES_S.get(row["log"])
         if least is not None:
             rate = row["mframes_cpu_s"]
-            asked.append((f"{row['log']} at least {least:g} M frames a processor second", rate, rate >= least))
-    return [{"asked": text, "is": value, "met": met} for text, value, met in asked]
+            required.append((f"{row['log']} at least {least:g} M frames a processor second", rate, rate >= least))
+    return [{"asked": text, "is": value, "met": met} for text, value, met in required]
 
 
 def machine() -> str:

@@ -24,7 +24,7 @@ from oncenter.signals import DEGREE, SIGNALS, Signals
 
 FIRST_SEED = 20_001
 TORQUE = "steering_wheel_torque"
-ASKED = (
+DEFAULT_ROWS = (
     "ordinary",
     "pull",
     "wind",
@@ -99,7 +99,7 @@ def line(name: str, torque: str, drives: Sequence[Figures]) -> list[str]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=60, help="of each row (60)")
-    parser.add_argument("--rows", default=",".join(ASKED), help="by name, with commas between")
+    parser.add_argument("--rows", default=",".join(DEFAULT_ROWS), help="by name, with commas between")
     parser.add_argument("--seconds", type=float, help="of each drive, from its begin")
     given = parser.parse_args()
     print(f"| {' | '.join(HEADINGS)} |\n|---|---|{'--:|' * (len(HEADINGS) - 2)}", flush=True)

@@ -27,8 +27,8 @@ import oncenter as oc
 from oncenter.signals import DEGREE
 
 REPORTED_FROM, TUNING_FROM = 10_001, 20_001
-ASKED = ("ordinary", "motorway", "country", "trailer_half", "play_15_aligning", "population")
-COVERED_ASKED, RATIO_ASKED = (0.92, 0.98), (0.25, 0.45)
+DEFAULT_ROWS = ("ordinary", "motorway", "country", "trailer_half", "play_15_aligning", "population")
+COVERED, RATIO = (0.92, 0.98), (0.25, 0.45)
 PAGE = Path(__file__).parents[1] / "docs" / "accuracy.md"
 Record = dict[str, Any]
 
@@ -71,7 +71,7 @@ def run(rows: Sequence[str], seeds: range, jobs: int) -> pl.DataFrame:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=400, help="of each row (400)")
-    parser.add_argument("--rows", default=",".join(ASKED), help="by name, with commas between")
+    parser.add_argument("--rows", default=",".join(DEFAULT_ROWS), help="by name, with commas between")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 20001 on instead of the reported ones")
     parser.add_argument("--page", action="store_true", help="write the section of docs/accuracy.md")
@@ -90,13 +90,13 @@ def main() -> None:
 
 
 def section(table: pl.DataFrame, drives: int) -> Iterator[str]:
-    low, high = (f"{share:.0%}" for share in COVERED_ASKED)
+    low, high = (f"{share:.0%}" for share in COVERED)
     yield f"""{TWO_PARTS}
 
 Written by `bench/two_parts.py --page`: {drives} drives a row, seeds from {REPORTED_FROM} on. `ci95_drive` is judged on
 the error minus the effect of the pull; `ci95`, of both parts, on the error. Error over half-width: median / 95th
 percentile over the drives; 0.34 and 1.00 are expected for a normal error. Required without a pull: {low} to {high} of
-the `ci95_drive` contain the truth, with a median of {RATIO_ASKED[0]} to {RATIO_ASKED[1]}. Required of `ci95`: the same
+the `ci95_drive` contain the truth, with a median of {RATIO[0]} to {RATIO[1]}. Required of `ci95`: the same
 share in `population`, whose pulls follow the prior. **Bold** misses it.
 
 | row | drives | n | `ci95_drive`: covered | error / half-width | half-width, deg | error, deg |\
@@ -107,14 +107,14 @@ share in `population`, whose pulls follow the prior. **Bold** misses it.
             said = figures(some)
             own = row != "population" and name == "all"
             cells = [
-                _asked(f"{said['drive_covered']:.1%}", not own or _within(said["drive_covered"], COVERED_ASKED)),
-                _asked(f"{said['drive_ratio'][0]:.2f}", not own or _within(said["drive_ratio"][0], RATIO_ASKED))
+                _marked(f"{said['drive_covered']:.1%}", not own or _within(said["drive_covered"], COVERED)),
+                _marked(f"{said['drive_ratio'][0]:.2f}", not own or _within(said["drive_ratio"][0], RATIO))
                 + f" / {said['drive_ratio'][1]:.2f}",
                 f"{said['drive_half_width']:.2f}",
                 f"{said['drive_error'][0]:.2f} / {said['drive_error'][1]:.2f}",
-                _asked(
+                _marked(
                     f"{said['whole_covered']:.1%}",
-                    row != "population" or name != "all" or _within(said["whole_covered"], COVERED_ASKED),
+                    row != "population" or name != "all" or _within(said["whole_covered"], COVERED),
                 ),
                 f"{said['whole_ratio'][0]:.2f} / {said['whole_ratio'][1]:.2f}",
                 f"{said['whole_half_width']:.2f}",
@@ -127,7 +127,7 @@ def _within(value: float, bounds: tuple[float, float]) -> bool:
     return bounds[0] <= value <= bounds[1]
 
 
-def _asked(cell: str, met: bool) -> str:
+def _marked(cell: str, met: bool) -> str:
     return cell if met else f"**{cell}**"
 
 

@@ -97,8 +97,8 @@ def test_the_minimum_interval_comes_from_accelerometer_pull_and_wind() -> None:
         with_play = math.sqrt(np.linalg.inv(information + 1e9 * np.outer(unloading, unloading))[0, 0])
         covariance = np.linalg.inv(information)
         without = math.sqrt(covariance[0, 0] + covariance[3, 3])
-        assert population.cannot_be_told_apart_m_s2(unloads=True, stood=stood) == pytest.approx(with_play, rel=1e-4)
-        assert population.cannot_be_told_apart_m_s2(unloads=False, stood=stood) == pytest.approx(without, rel=1e-4)
+        assert population.not_identifiable_m_s2(unloads=True, stood=stood) == pytest.approx(with_play, rel=1e-4)
+        assert population.not_identifiable_m_s2(unloads=False, stood=stood) == pytest.approx(without, rel=1e-4)
 
 
 def test_the_population_s_pull_and_crown_match_the_estimator_s_priors() -> None:
@@ -119,9 +119,9 @@ def test_the_uncertainty_from_the_axle_setup_matches_the_population() -> None:
     bias = random.normal(crown * np.array([0.0, 0.0, 2.0])[kind], bias_sd)
     pull = random.normal(0.0, np.hypot(params["pull_sd_m_s2"], params["wind_sd_m_s2"]), count) + crown * (kind == 1)
     alike = np.abs(bias + pull - crown) < 0.02
-    told = population.cannot_be_told_apart_m_s2(unloads=True, stood=True)
+    not_identifiable = population.not_identifiable_m_s2(unloads=True, stood=True)
     left = population.set_up_left_open_m_s2(stood=True)
-    assert np.std(pull[alike]) == pytest.approx(np.hypot(told, left), rel=0.1)
+    assert np.std(pull[alike]) == pytest.approx(np.hypot(not_identifiable, left), rel=0.1)
 
 
 def test_intervals_contain_the_offset_of_axles_adjusted_for_the_crown(tmp_path: Path) -> None:
@@ -138,7 +138,13 @@ def test_intervals_contain_the_offset_of_axles_adjusted_for_the_crown(tmp_path: 
 def test_a_row_that_a_rival_wins_gives_the_reason_with_figures() -> None:
     import accuracy_page
 
-    figures = {"row": "unloads_on_crown", "floor_deg": 0.9, "told_all_deg": 0.3, "lean_deg": 0.0, "ns_per_sample": 20.0}
+    figures = {
+        "row": "unloads_on_crown",
+        "floor_deg": 0.9,
+        "exact_data_deg": 0.3,
+        "lean_deg": 0.0,
+        "ns_per_sample": 20.0,
+    }
     table = pl.DataFrame(
         [
             {**figures, "method": method, "error_deg": [error], "sd_deg": [0.5], "valid": [True], "deg_per_m_s2": 8.0}

@@ -242,7 +242,7 @@ def test_the_bench_writes_its_section_into_the_page(tmp_path: Path, monkeypatch:
 
 @pytest.mark.parametrize("there", [True, False])
 def test_the_accuracy_page_keeps_the_section(there: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    parts = ["asked", "why", "errors", "how_soon", "how_sure", "real", "spent", "priors", "study"]
+    parts = ["required", "why", "errors", "how_soon", "how_sure", "real", "spent", "priors", "study"]
     for part in parts:
         monkeypatch.setattr(accuracy_page, f"_{part}", lambda *given: iter(()))
     monkeypatch.setattr(accuracy_page, "_head", lambda *given: iter(["# Accuracy", "", "Anew."]))

@@ -94,7 +94,7 @@ def tried(debian: str, user: str) -> list[str]:
             system.type("root", f"useradd --create-home {account}")
         system.type(account, "git -c advice.detachedHead=false clone --quiet /oncenter.bundle oncenter")
         if account != "root":
-            install_as_told(system, account)
+            install_as_printed(system, account)
         return [timed(system, account, command) for command in commands()]
 
 
@@ -104,7 +104,7 @@ def commands() -> list[str]:
     return [line.split("#")[0].strip() for line in block.splitlines()]
 
 
-def install_as_told(system: System, account: str) -> None:
+def install_as_printed(system: System, account: str) -> None:
     _, output = system.type(account, f"cd oncenter && {commands()[-1]}")
     line = re.search(r"sudo apt-get update && .*", output)
     if line is None:

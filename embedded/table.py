@@ -110,8 +110,8 @@ def table(columns: list[Measured]) -> str:
     names = [c.board.name for c in columns]
     lines = [f"| | {' | '.join(f'{name} | limit' for name in names)} |"]
     lines.append("|---" + "|--:|--:" * len(names) + "|")
-    for k, (row, asked) in enumerate(ROWS.items()):
-        cells = [cell for c, limit in zip(columns, asked, strict=True) for cell in (c.figures[k], limit)]
+    for k, (row, limits) in enumerate(ROWS.items()):
+        cells = [cell for c, limit in zip(columns, limits, strict=True) for cell in (c.figures[k], limit)]
         lines.append(f"| {row} | {' | '.join(cells)} |")
     return "\n".join([*lines, "", f"By {firmware.GCC} {firmware.compiler_version()}."])
 

@@ -34,7 +34,7 @@ sys.meta_path.insert(0, Blocker())
 
 
 @dataclass(frozen=True)
-class Said:
+class Result:
     """The result of a command."""
 
     exit_code: int
@@ -61,22 +61,22 @@ class Interpreter:
             env=os.environ | {"PYTHONPATH": path},
         )
 
-    def oncenter(self, *arguments: object, folder: Path) -> Said:
+    def oncenter(self, *arguments: object, folder: Path) -> Result:
         """Runs a command of oncenter in this folder."""
         return self._ask({"arguments": [str(argument) for argument in arguments], "folder": str(folder)})
 
-    def python(self, program: str, folder: Path) -> Said:
+    def python(self, program: str, folder: Path) -> Result:
         """Runs a program; `err` is its exception."""
         return self._ask({"program": program, "folder": str(folder)})
 
     def close(self) -> None:
         self._process.communicate()
 
-    def _ask(self, request: dict[str, Any]) -> Said:
+    def _ask(self, request: dict[str, Any]) -> Result:
         assert self._process.stdin is not None and self._process.stdout is not None
         self._process.stdin.write(json.dumps(request) + "\n")
         self._process.stdin.flush()
-        return Said(**json.loads(self._process.stdout.readline()))
+        return Result(**json.loads(self._process.stdout.readline()))
 
 
 def not_of_the_base() -> set[str]:
@@ -108,7 +108,7 @@ def _with_what_they_need(requirements: Iterable[str]) -> set[str]:
     return found
 
 
-def _answer(request: dict[str, Any]) -> Said:
+def _answer(request: dict[str, Any]) -> Result:
     """Within the interpreter."""
     os.chdir(request["folder"])
     out, err = io.StringIO(), io.StringIO()
@@ -123,7 +123,7 @@ def _answer(request: dict[str, Any]) -> Said:
                 exec(request["program"], {})
             except Exception as error:
                 print(f"{type(error).__name__}: {error}", file=sys.stderr)
-    return Said(exit_code, out.getvalue(), err.getvalue())
+    return Result(exit_code, out.getvalue(), err.getvalue())
 
 
 if __name__ == "__main__":

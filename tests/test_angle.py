@@ -160,10 +160,10 @@ def test_a_fault_is_named_and_the_estimate_takes_over_without_a_jump(
     table = oc.angle(spoiled(signals, np.where(after, wrong, measured)), truck)
     healthy = oc.angle(signals, truck)
     assert set(healthy["sensor_fault"]) == {"none"}
-    told = table["sensor_fault"].to_numpy()
-    assert set(told[:at]) == {"none"}
-    found = int(np.flatnonzero(told != "none")[0])
-    assert fault in told[found : found + 2000]
+    faults = table["sensor_fault"].to_numpy()
+    assert set(faults[:at]) == {"none"}
+    found = int(np.flatnonzero(faults != "none")[0])
+    assert fault in faults[found : found + 2000]
     sd = oc.angle(signals, truck, sensor_lost_at=LOST_S)["standard_deviation_rad"].to_numpy()
     off = after & (np.abs(wrong - measured) > np.maximum(10.0 * DEGREE, 5.5 * sd)) & fast
     assert np.sum(off[:found]) < 500
@@ -236,8 +236,8 @@ def test_a_drift_is_found_also_on_a_clock_that_was_set_back(drive: tuple[Signals
     )
     outputs = np.zeros(len(rows), _core.OUTPUT_DTYPE)
     core.run(columns, outputs)
-    told = [_core.FAULTS[fault] for fault in np.unique(outputs["fault"])]
-    assert "drifting" in told and "remounted" not in told
+    faults = [_core.FAULTS[fault] for fault in np.unique(outputs["fault"])]
+    assert "drifting" in faults and "remounted" not in faults
 
 
 def test_nothing_of_the_sensor_is_used_after_it_is_lost(drive: tuple[Signals, Truth], truck: oc.Vehicle) -> None:
@@ -415,13 +415,13 @@ def test_the_notes_on_a_log_are_those_of_offset(tmp_path: Path, capsys: pytest.C
     log, page = tmp_path / "drive.log", tmp_path / "page.html"
     log.write_text("no line of candump's\n" + candump(frames(4.0)))
     (tmp_path / "bad.csv").write_text("nothing\n")
-    told = {}
+    notes = {}
     for verb in ("offset", "angle"):
         assert run([verb, str(log), "--vehicle", TRUCK, "--report", str(page)]) == 0
-        told[verb] = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  note: ")]
+        notes[verb] = [line for line in capsys.readouterr().out.splitlines() if line.startswith("  note: ")]
         assert "left out" in page.read_text()
-    assert any("left out" in line for line in told["angle"])
-    assert told["angle"] == told["offset"]
+    assert any("left out" in line for line in notes["angle"])
+    assert notes["angle"] == notes["offset"]
     logs = ["--taught-by", str(log), "--taught-by", str(tmp_path / "bad.csv")]
     assert run(["angle", str(log), "--vehicle", TRUCK, *logs]) == 0
     assert "  warning: a log was left out: no signal recognised in bad.csv" in capsys.readouterr().out

@@ -74,8 +74,8 @@ def test_the_readme_says_what_offset_says_of_scenarios(
 
 
 def test_the_first_schema_is_still_printed_on_request(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for asked, parts in (["--schema", "offset-1"], False), ([], True):
-        assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--json", *asked]) == 0
+    for options, parts in (["--schema", "offset-1"], False), ([], True):
+        assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--json", *options]) == 0
         given = json.loads(capsys.readouterr().out)
         assert given["schema"] == ("oncenter/offset-2" if parts else "oncenter/offset-1")
         assert ({"ci95_drive", "not_identifiable"} <= set(given["offset"])) is parts

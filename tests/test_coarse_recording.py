@@ -56,7 +56,7 @@ def test_a_fine_log_at_10_hz_has_a_wider_interval(tmp_path: Path, seed: int, off
     assert "recorded_slowly" in codes and "yaw_rate_coarse" not in codes
 
 
-def coarse_step_told(signals: oc.Signals) -> float | None:
+def reported_step(signals: oc.Signals) -> float | None:
     found = [f for f in check(signals, TRUCK).findings if f.code == "signal_coarse" and "yaw rate" in f.text]
     return found[0].value if found else None
 
@@ -68,13 +68,13 @@ def test_the_step_is_that_of_the_samples_not_of_interpolated_values(every: int) 
     between = np.interp(time, time[::every], signals.table["yaw_rate_rad_s"].to_numpy()[::every])
     sources = {**signals.sources, "yaw_rate": replace(signals.sources["yaw_rate"], rate_hz=RATE_HZ / every)}
     table = signals.table.with_columns(pl.Series("yaw_rate_rad_s", between))
-    assert coarse_step_told(replace(signals, table=table, sources=sources)) == pytest.approx(1.3)
+    assert reported_step(replace(signals, table=table, sources=sources)) == pytest.approx(1.3)
 
 
 @pytest.mark.parametrize("values", [np.zeros_like, lambda t: np.where(t < 9.0, 0.0, np.sin(t)), lambda t: np.sin(t)])
 def test_a_yaw_rate_without_steps_has_none(values: Callable[[np.ndarray], np.ndarray]) -> None:
     table = drive().table.with_columns(pl.Series("yaw_rate_rad_s", values(drive().table["time_s"].to_numpy())))
-    assert coarse_step_told(replace(drive(), table=table)) is None
+    assert reported_step(replace(drive(), table=table)) is None
 
 
 def estimate(sd: float, status: str = "valid") -> dict[str, float | int]:

@@ -152,8 +152,8 @@ def test_fifth_wheel_friction_and_gradient_and_play_are_separated() -> None:
     truth = Play(unloading=0.1, fifth_wheel=0.1)
     for seed in range(2, 5):
         learner = Learner(Play(unloading=0.05)).learn(driven(seed, truth, 900))
-        asked = learner.h.terms[FIFTH_WHEEL_TERM] * learner.scale[FIFTH_WHEEL_TERM]
-        assert asked == pytest.approx(0.1 * FIFTH_WHEEL_ANGLE, abs=0.1 * DEGREE)
+        estimated = learner.h.terms[FIFTH_WHEEL_TERM] * learner.scale[FIFTH_WHEEL_TERM]
+        assert estimated == pytest.approx(0.1 * FIFTH_WHEEL_ANGLE, abs=0.1 * DEGREE)
         assert learner.now.fifth_wheel == pytest.approx(0.1, abs=0.01)
         assert learner.h.offset == pytest.approx(OFFSET, abs=0.1 * DEGREE)
         assert learner.h.gradient == pytest.approx(GRADIENT, abs=0.02 * DEGREE)

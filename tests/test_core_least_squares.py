@@ -43,18 +43,18 @@ def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:
     information = np.ones(len(TERMS))
     information[UNLOADING_TERM] = (learner.scale[UNLOADING_TERM] / learner.unloading_sd) ** 2
     information[BIAS_TERM] = (learner.scale[BIAS_TERM] / learner.yaw_rate_bias_sd) ** 2
-    asked = np.zeros(len(TERMS))
-    asked[GRADIENT_TERM] = GRADIENT_MEAN
-    asked[WIDTH_TERM] = 2 * (learner.play.half_width - play.half_width)
-    asked[UNLOADING_TERM] = learner.unloading_mean - play.unloading
-    asked[WIND_TERMS] = [-wind for wind in play.wind]
+    means = np.zeros(len(TERMS))
+    means[GRADIENT_TERM] = GRADIENT_MEAN
+    means[WIDTH_TERM] = 2 * (learner.play.half_width - play.half_width)
+    means[UNLOADING_TERM] = learner.unloading_mean - play.unloading
+    means[WIND_TERMS] = [-wind for wind in play.wind]
     if play.friction >= 0.0:
         share = CREEP_MEAN / play.creep
-        asked[FRICTION_TERM] = FRICTION_MEAN - play.friction
-        asked[CREEP_TERM] = share - 1.0 if share > 1.0 else 1.0 - 1.0 / share
-        asked[WINDUP_TERM] = WINDUP_MEAN - 2 * play.windup
-        asked[UNWINDING_TERM] = -play.unwinding
-    return asked / learner.scale, information
+        means[FRICTION_TERM] = FRICTION_MEAN - play.friction
+        means[CREEP_TERM] = share - 1.0 if share > 1.0 else 1.0 - 1.0 / share
+        means[WINDUP_TERM] = WINDUP_MEAN - 2 * play.windup
+        means[UNWINDING_TERM] = -play.unwinding
+    return means / learner.scale, information
 
 
 class Batch:
@@ -83,13 +83,13 @@ class Batch:
         y -= Z[:, WIND_TERMS] @ (np.subtract(after.wind, before.wind) / scale[WIND_TERMS])
         self.terms, self.targets = list(Z), list(y)
 
-    def solve(self, noise: float, asked: Array, information: Array) -> tuple[Array, Array]:
+    def solve(self, noise: float, means: Array, information: Array) -> tuple[Array, Array]:
         """Constant and terms, and their covariance."""
         w = np.sqrt(np.array(self.weights) / noise)
         rows = np.column_stack([np.ones(len(self.terms)), np.array(self.terms)]) * w[:, None]
-        believed = np.column_stack([np.zeros(len(asked)), np.diag(np.sqrt(information))])
+        believed = np.column_stack([np.zeros(len(means)), np.diag(np.sqrt(information))])
         A = np.vstack([rows, believed])
-        b = np.concatenate([np.array(self.targets) * w, np.sqrt(information) * asked])
+        b = np.concatenate([np.array(self.targets) * w, np.sqrt(information) * means])
         return np.linalg.lstsq(A, b, rcond=None)[0], np.linalg.inv(A.T @ A)
 
 

@@ -72,10 +72,10 @@ def test_each_page_with_a_picture_draws_it_and_fits_a_telephone(site: Path, brow
 
 @pytest.mark.browser
 def test_the_search_works_without_a_server(site: Path, browser: Any) -> None:
-    page, asked = browser.new_page(), []
-    page.on("request", lambda request: asked.append(request.url))
+    page, requested = browser.new_page(), []
+    page.on("request", lambda request: requested.append(request.url))
     page.goto((site / "index.html").as_uri())
     page.locator("input[name=query]").press_sequentially("straight-ahead offset")  # the search listens to keys
     page.wait_for_selector(".md-search-result__item", timeout=20_000)
-    assert [url for url in asked if not url.startswith(("file:", "data:", "about:", "blob:"))] == []
+    assert [url for url in requested if not url.startswith(("file:", "data:", "about:", "blob:"))] == []
     page.close()

@@ -397,8 +397,8 @@ def test_whole_turns_added_at_ignitions_do_not_change_the_offset(break_s: float,
     off = np.where(breaks, math.nan, 0.0)
     turns = np.where(time < 90.0, -1, np.where(time < 170.0, 2, 0))
     unknown = [(time >= 90.0) & (time < 90.48), (time >= 170.0) & (time < 170.48)]  # the turn, after a mere jump
-    told = off + np.where(np.any(unknown, axis=0), math.nan, 0.0)
-    jumped, absolute = oc.offset(relative(drive, turns + off), TRUCK), oc.offset(relative(drive, told), TRUCK)
+    known = off + np.where(np.any(unknown, axis=0), math.nan, 0.0)
+    jumped, absolute = oc.offset(relative(drive, turns + off), TRUCK), oc.offset(relative(drive, known), TRUCK)
     assert jumped.offset.value == pytest.approx(absolute.offset.value, abs=1e-9)
     assert jumped.offset.ci95 == pytest.approx(absolute.offset.ci95, abs=1e-9)
     note = next(note for note in jumped.notes if "whole turns" in note)

@@ -73,16 +73,16 @@ def test_the_functions_for_simulink_give_the_offset_of_a_drive(folder: Path) -> 
     assert block.oncenter_block_start(*start) == 0
     drive, _ = oc.simulate("country", seed=2)
     table = drive.table.head(24_000)
-    told = [ctypes.c_double() for _ in range(3)]
+    outputs = [ctypes.c_double() for _ in range(3)]
     monitor = oc.Monitor(truck, 100.0)
     now = None
     columns = ("steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s", "lateral_acceleration_m_s2")
     for k, row in enumerate(table.select(columns).iter_rows()):
-        block.oncenter_block_step(*map(ctypes.c_double, row), *map(ctypes.byref, told))
+        block.oncenter_block_step(*map(ctypes.c_double, row), *map(ctypes.byref, outputs))
         now = monitor.step(oc.Tick(k / 100.0, *row))
     assert now is not None and now.offset_status != "unobservable"
-    assert [value.value for value in told[:2]] == [now.offset_rad, now.offset_sd_rad]
-    assert _core.STATUSES[int(told[2].value)] == now.offset_status
+    assert [value.value for value in outputs[:2]] == [now.offset_rad, now.offset_sd_rad]
+    assert _core.STATUSES[int(outputs[2].value)] == now.offset_status
 
 
 @pytest.fixture(scope="module")
@@ -157,8 +157,8 @@ def test_the_a2l_file_names_only_variables_of_the_program(folder: Path, ecu: Pat
     assert "No problems found" in a2ltool("-v", given)
     linked = tmp_path / "linked.a2l"
     update = ("--elffile", ecu, "--update", "--update-mode", "STRICT")
-    told = a2ltool("-v", *update, "-o", linked, given)
-    assert len(re.findall(r"\b0 not found", told)) >= 2 and not re.search(r"[1-9]\d* not found", told)
+    printed = a2ltool("-v", *update, "-o", linked, given)
+    assert len(re.findall(r"\b0 not found", printed)) >= 2 and not re.search(r"[1-9]\d* not found", printed)
     assert items_of(linked) == items_of(given)  # no type and no limit had to be corrected
     theirs = enumerations_of(linked)
     for name, values in enumerations_of(given).items():

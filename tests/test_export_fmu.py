@@ -349,18 +349,18 @@ def test_a_run_that_is_saved_and_continued_in_another_instance_ends_the_same(
     image = getattr(fmu.slave, to_bytes)(state)
     fmu.drive(second, drive.rate_hz)
     names = (*ESTIMATES, "used_time", "tick_time", "motion.residual")
-    told = [bits(fmu.get(name)) for name in names]
+    values = [bits(fmu.get(name)) for name in names]
 
     getattr(fmu.slave, set_state)(state)
     assert fmu.get("tick_time") == first["time_s"][-1]
     fmu.drive(second, drive.rate_hz)
-    assert [bits(fmu.get(name)) for name in names] == told
+    assert [bits(fmu.get(name)) for name in names] == values
 
     other = Fmu(path, tmp_path / "elsewhere")
     other.begin()
     getattr(other.slave, set_state)(getattr(other.slave, from_bytes)(image))
     other.drive(second, drive.rate_hz)
-    assert [bits(other.get(name)) for name in names] == told
+    assert [bits(other.get(name)) for name in names] == values
 
     foreign = bytes([image[0], image[1] ^ 1]) + bytes(image[2:])
     assert refused(getattr(other.slave, from_bytes), foreign)

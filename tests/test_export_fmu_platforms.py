@@ -220,9 +220,9 @@ def test_the_linux_binary_gives_the_bits_of_offset(on_linux: dict[int, list[str]
     assert answer.offset.value is not None and answer.backlash.value is not None
     for fmi in (2, 3):
         assert len(on_linux[fmi]) == 240
-        told = dict(zip(OUTPUTS, on_linux[fmi][-1].split(), strict=True))
-        assert told["offset"] == as_bits(answer.offset.value)
-        assert told["backlash"] == as_bits(answer.backlash.value)
+        outputs = dict(zip(OUTPUTS, on_linux[fmi][-1].split(), strict=True))
+        assert outputs["offset"] == as_bits(answer.offset.value)
+        assert outputs["backlash"] == as_bits(answer.backlash.value)
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from base_install import PROJECT, Interpreter, Said, not_of_the_base
+from base_install import PROJECT, Interpreter, Result, not_of_the_base
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
@@ -47,7 +47,7 @@ def base(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Interpreter]:
     interpreter.close()
 
 
-def line_of(said: Said) -> str:
+def line_of(said: Result) -> str:
     """The one-line error for a missing extra."""
     assert (said.exit_code, said.out) == (1, "")
     assert said.err.count("\n") == 1

@@ -541,9 +541,11 @@ def test_a_wrong_vehicle_file_is_the_first_finding_and_no_sensor_is_blamed(key: 
         assert (first.code, first.severity) == ("wheelbase_or_ratio", "warning")
         pair = re.search(r"steering ratio \(the file has (\S+), (\S+) fits\)", first.text)
         given, fits = float(pair[1]), float(pair[2])
-        asked = TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)})
-        assert given == pytest.approx(asked.steering_ratio, abs=0.05)
-        assert fits * asked.wheelbase_m == pytest.approx(TRUCK.steering_ratio * truth.equivalent_wheelbase_m, rel=0.06)
+        wrong_file = TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)})
+        assert given == pytest.approx(wrong_file.steering_ratio, abs=0.05)
+        assert fits * wrong_file.wheelbase_m == pytest.approx(
+            TRUCK.steering_ratio * truth.equivalent_wheelbase_m, rel=0.06
+        )
         assert answer.changes == () and answer.sensor_fault == "none"
         assert not {"offset_changed", "straight_ahead_moved", "bends_changed"} & set(by_code(answer))
         assert answer.offset.status == "valid"
@@ -592,6 +594,6 @@ def test_a_lost_angle_sensor_is_dated_and_each_line_names_its_code() -> None:
     assert f"error: {found.text} (steering_wheel_angle_sensor_at_fault)" in str(answer).splitlines()
 
 
-@pytest.mark.parametrize(("lacking_s", "asked"), [(0.1, "60 s"), (60.0, "60 s"), (60.1, "120 s")])
-def test_a_driving_demand_is_whole_minutes_and_never_less_than_lacking(lacking_s: float, asked: str) -> None:
-    assert demand(lacking_s) == asked
+@pytest.mark.parametrize(("lacking_s", "demanded"), [(0.1, "60 s"), (60.0, "60 s"), (60.1, "120 s")])
+def test_a_driving_demand_is_whole_minutes_and_never_less_than_lacking(lacking_s: float, demanded: str) -> None:
+    assert demand(lacking_s) == demanded

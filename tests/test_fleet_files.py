@@ -112,7 +112,7 @@ def test_an_entry_named_like_a_log_that_is_not_a_file_is_a_row_without_a_process
 ) -> None:
     (logs / "good.parquet").unlink()
     said = put_what_is_no_log(logs)
-    monkeypatch.setattr(watched, "borrowed", lambda module: pytest.fail("a child process was asked for"))
+    monkeypatch.setattr(watched, "borrowed", lambda module: pytest.fail("a child process was started"))
     assert night().refused == {"not_a_file": len(said)}
     given = rows(tmp_path / "out")
     assert {name: row["truck"] for name, row in given.items()} == dict.fromkeys(said, "depot-7")

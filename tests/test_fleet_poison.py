@@ -43,13 +43,13 @@ logs, vehicles, output, engine = sys.argv[1:]
 answer = engines.on_ray(None, workers=2) if engine == "ray" else engines.processes
 engines._LOGS_WHILE_RAY_BEGINS, engines._LOGS_WHILE_RAY_ENDS = 6, 6  # those between are Ray's
 
-def told(work, waiting):
+def reporting(work, waiting):
     print(flush=True)
     for done in answer(work, waiting):
         yield done
         print(flush=True)
 
-run([logs], vehicles, output, engine=told)
+run([logs], vehicles, output, engine=reporting)
 """
 
 
@@ -84,7 +84,7 @@ def page_and_tables(output: Path) -> dict[str, bytes]:
     return tables(output) | {"index.html": (output / "index.html").read_bytes()}
 
 
-def noting(asked: list[str]) -> Callable[..., Iterator[tuple[LogFile, dict[str, Any]]]]:
+def noting(logs_read: list[str]) -> Callable[..., Iterator[tuple[LogFile, dict[str, Any]]]]:
     """An engine that notes which logs it is given to read."""
 
     def engine(
@@ -92,7 +92,7 @@ def noting(asked: list[str]) -> Callable[..., Iterator[tuple[LogFile, dict[str, 
     ) -> Iterator[tuple[LogFile, dict[str, Any]]]:
         def noted() -> Iterator[LogFile]:
             for log in logs:
-                asked.append(log.uri)
+                logs_read.append(log.uri)
                 yield log
 
         return engines.processes(work, noted())
@@ -142,14 +142,14 @@ def test_the_next_night_says_the_same_and_reads_none_and_retry_reads_those_whose
     poisoned: Path, first: tuple[Path, Ended]
 ) -> None:
     output, _ = first
-    before, asked = page_and_tables(output), list[str]()
-    summary = run([str(poisoned / "logs")], poisoned / "vehicles", output, engine=noting(asked))
-    assert asked == [] and (summary.logs_answered, summary.logs_refused) == (0, 0)
+    before, logs_read = page_and_tables(output), list[str]()
+    summary = run([str(poisoned / "logs")], poisoned / "vehicles", output, engine=noting(logs_read))
+    assert logs_read == [] and (summary.logs_answered, summary.logs_refused) == (0, 0)
     assert page_and_tables(output) == before
     died = sorted(log for log, row in rows_by_log(output).items() if row["error_code"] in READER_DEATHS)
     assert [each["log"] for each in sorted(summary.poisonous, key=lambda each: each["log"])] == died
-    summary = run([str(poisoned / "logs")], poisoned / "vehicles", output, engine=noting(asked), retry=True)
-    assert sorted(asked) == died and summary.logs_refused == len(died)
+    summary = run([str(poisoned / "logs")], poisoned / "vehicles", output, engine=noting(logs_read), retry=True)
+    assert sorted(logs_read) == died and summary.logs_refused == len(died)
     assert page_and_tables(output) == before
 
 

@@ -35,20 +35,20 @@ SUMMARY = Summary(
     side=1.0,
 )
 NOTHING_KNOWN = _core.default_params()
-TOLD = {"offset_status": "valid", "start": 1.7e9}
+OF_OFFSET = {"offset_status": "valid", "start": 1.7e9}
 
 
 def test_a_summary_comes_back_from_its_columns() -> None:
     columns = columns_of(SUMMARY, NOTHING_KNOWN)
     assert list(columns) == list(COLUMNS) and len(columns) == len(fields(Summary)) + 4
     assert columns["summary_standing_m_s2"] is None and columns["summary_play_deg"] == pytest.approx(0.1 / DEGREE)
-    back = summary_of_row({**columns, **TOLD})
+    back = summary_of_row({**columns, **OF_OFFSET})
     assert back is not None and math.isnan(back.standing)
     assert astuple(replace(back, standing=0.0)) == pytest.approx(astuple(replace(SUMMARY, standing=0.0)))
 
 
 @pytest.mark.parametrize(
-    "told",
+    "lacking",
     [
         {"offset_status": "unobservable"},
         {"offset_status": "invalid"},
@@ -59,12 +59,12 @@ def test_a_summary_comes_back_from_its_columns() -> None:
         {"summary_ratio": None},
     ],
 )
-def test_a_drive_without_information_on_its_truck_has_no_summary(told: dict[str, Any]) -> None:
-    assert summary_of_row({**columns_of(SUMMARY, NOTHING_KNOWN), **TOLD, **told}) is None
+def test_a_drive_without_information_on_its_truck_has_no_summary(lacking: dict[str, Any]) -> None:
+    assert summary_of_row({**columns_of(SUMMARY, NOTHING_KNOWN), **OF_OFFSET, **lacking}) is None
 
 
 def test_a_truck_whose_rows_are_of_version_0_1_is_unknown_until_they_are_answered_anew() -> None:
-    old = {"log": "a.parquet", "key": "a", "offset_deg": 3.0, "offset_sd_deg": 0.2, **TOLD}
+    old = {"log": "a.parquet", "key": "a", "offset_deg": 3.0, "offset_sd_deg": 0.2, **OF_OFFSET}
     (history,) = histories([OfTruck("truck", [dict(old), dict(old)], 2.0)])
     assert history.truck["verdict"] == "unknown" and history.truck["told"] == 0 and history.changes == []
     assert history.truck.get("offset_deg") is None
@@ -72,7 +72,7 @@ def test_a_truck_whose_rows_are_of_version_0_1_is_unknown_until_they_are_answere
 
 def test_a_row_of_trucks_is_what_the_model_says_of_it_in_degrees() -> None:
     rows = [
-        {**columns_of(SUMMARY, NOTHING_KNOWN), **TOLD, "start": 1.7e9 + 86400.0 * day, "log": str(day)}
+        {**columns_of(SUMMARY, NOTHING_KNOWN), **OF_OFFSET, "start": 1.7e9 + 86400.0 * day, "log": str(day)}
         for day in range(6)
     ]
     history, alone = histories([OfTruck("many", rows, 2.0), OfTruck("one", rows[:1], 2.0)])
@@ -100,7 +100,8 @@ def test_a_known_pull_is_taken_off_once() -> None:
     """The core took it off the offset; a summary's accelerations are less what is known, and its sd is the prior's."""
     known = {**NOTHING_KNOWN, "known_pull_m_s2": 0.15, "known_pull_sd_m_s2": 0.005}
     rows = [
-        {**columns_of(replace(SUMMARY, unloading=0.0, bank=0.2), known), **TOLD, "start": 1.7e9 + k} for k in range(8)
+        {**columns_of(replace(SUMMARY, unloading=0.0, bank=0.2), known), **OF_OFFSET, "start": 1.7e9 + k}
+        for k in range(8)
     ]
     (history,) = histories([OfTruck("truck", rows, 2.0)])
     assert history.truck["offset_deg"] == pytest.approx(SUMMARY.offset / DEGREE, abs=0.05)

@@ -63,8 +63,8 @@ def test_a_user_reads_one_line_with_all_missing_packages_before_anything_is_made
 ) -> None:
     done = make(machine, *targets.split())
     first, *rest = done.stderr.splitlines()
-    told = re.fullmatch(r".*: sudo apt-get update && sudo apt-get install -y --no-install-recommends (.+)", first)
-    assert told and set(told[1].split()) == packages
+    install = re.fullmatch(r".*: sudo apt-get update && sudo apt-get install -y --no-install-recommends (.+)", first)
+    assert install and set(install[1].split()) == packages
     assert done.returncode == 2 and all("***" in line for line in rest), "after it, only make's own line"
     assert done.stdout == "" and {path.name for path in machine.iterdir()} == {"Makefile", "bin", *AT_ROOT}
 

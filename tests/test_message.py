@@ -67,20 +67,20 @@ def test_the_message_is_decoded_alike_by_the_dbc_and_by_the_core(
 ) -> None:
     values = {"angle": angle, "offset": offset, "offset_sd": offset_sd, "angle_sd": angle_sd, "source": source}
     payload = payload_of(**values, offset_status=status, fault=fault, counter=counter)
-    read, told = by_dbc(payload), decode(payload)
+    read, decoded = by_dbc(payload), decode(payload)
     assert read["SteeringWheelAngleCorrected"] == pytest.approx(angle, abs=0.5001 / 1024)
     assert read["SteeringWheelAngleOffset"] == pytest.approx(offset, abs=0.5001 / 4096)
     for name, sd in (("Offset", offset_sd), ("Angle", angle_sd)):
         assert 0.0 <= read[f"{name}StandardDeviation"] - sd < 1.0 / 2048 + 1e-12  # never surer than it is
     assert (read["OffsetStatus"], read["AngleSource"]) == (status, source)
     assert (read["SensorFault"], read["Counter"]) == (fault, counter)
-    assert told.angle_rad == pytest.approx(read["SteeringWheelAngleCorrected"], abs=1e-12)
-    assert told.offset_rad == pytest.approx(read["SteeringWheelAngleOffset"], abs=1e-12)
-    assert told.offset_sd_rad == read["OffsetStandardDeviation"]
-    assert told.angle_sd_rad == read["AngleStandardDeviation"]
+    assert decoded.angle_rad == pytest.approx(read["SteeringWheelAngleCorrected"], abs=1e-12)
+    assert decoded.offset_rad == pytest.approx(read["SteeringWheelAngleOffset"], abs=1e-12)
+    assert decoded.offset_sd_rad == read["OffsetStandardDeviation"]
+    assert decoded.angle_sd_rad == read["AngleStandardDeviation"]
     assert RESULT.encode(read) == payload
     names = (_core.STATUSES[status], _core.ANGLE_SOURCES[source], _core.FAULTS[fault], counter)
-    assert (told.offset_status, told.angle_source, told.sensor_fault, told.counter) == names
+    assert (decoded.offset_status, decoded.angle_source, decoded.sensor_fault, decoded.counter) == names
 
 
 def test_the_dbc_names_statuses_sources_and_faults_as_the_core_does() -> None:
@@ -108,19 +108,19 @@ def parts_payload_of(**values: Any) -> bytes:
 def test_decoded_parts_of_the_sd_are_never_smaller_and_agree_with_the_dbc(sds: list[float], counter: int) -> None:
     given_parts = dict(zip(PART_SIGNALS, sds, strict=True))
     payload = parts_payload_of(**given_parts, counter=counter)
-    read, told = PARTS.decode(payload), decode_parts(payload)
-    assert read["PartsCounter"] == told.counter == counter
+    read, decoded = PARTS.decode(payload), decode_parts(payload)
+    assert read["PartsCounter"] == decoded.counter == counter
     for name, sd in given_parts.items():
         sent = read[f"Offset{PART_SIGNALS[name]}StandardDeviation"]
         assert 0.0 <= sent - sd < 1.0 / 2048 + 1e-12
-        assert getattr(told, f"{name}_rad") == sent
+        assert getattr(decoded, f"{name}_rad") == sent
     assert payload[4:6] == payload[7:] + b"\xff" == b"\xff\xff" and payload[6] & 15 == 15
 
 
 def test_a_part_is_never_sent_smaller_and_a_missing_one_is_not_available() -> None:
-    told = decode_parts(parts_payload_of(drive_sd=3.0, pull_sd=math.nan, wind_sd=0.0, set_up_sd=math.inf))
-    assert (told.drive_sd_rad, told.pull_sd_rad) == (250 / 2048, None)
-    assert (told.wind_sd_rad, told.set_up_sd_rad) == (0.0, 250 / 2048)
+    decoded = decode_parts(parts_payload_of(drive_sd=3.0, pull_sd=math.nan, wind_sd=0.0, set_up_sd=math.inf))
+    assert (decoded.drive_sd_rad, decoded.pull_sd_rad) == (250 / 2048, None)
+    assert (decoded.wind_sd_rad, decoded.set_up_sd_rad) == (0.0, 250 / 2048)
     with pytest.raises(OncenterError, match="8 bytes"):
         decode_parts(bytes(7))
 
@@ -158,12 +158,12 @@ def test_of_an_offset_that_is_unobservable_no_part_is_sent(truck: Vehicle, colum
 @given(st.binary(min_size=8, max_size=8))
 def test_any_eight_bytes_are_decoded_without_an_error(payload: bytes) -> None:
     try:
-        told = decode(payload)
+        decoded = decode(payload)
     except OncenterError as error:
         assert error.code == "message"
         return
-    assert told.angle_rad is None or abs(told.angle_rad) < 31.4
-    assert told.offset_rad is None or abs(told.offset_rad) < 7.85
+    assert decoded.angle_rad is None or abs(decoded.angle_rad) < 31.4
+    assert decoded.offset_rad is None or abs(decoded.offset_rad) < 7.85
 
 
 def test_seven_bytes_are_no_message() -> None:
@@ -181,9 +181,9 @@ def test_a_value_that_does_not_fit_is_not_available_and_no_angle_goes_without_it
 
 
 def test_an_interval_is_never_sent_narrower() -> None:
-    told = decode(payload_of(source=SOURCES["estimated"], angle_sd=3.0, offset_sd=math.nan))
-    assert told.angle_sd_rad == 250 / 2048
-    assert told.offset_sd_rad is None
+    decoded = decode(payload_of(source=SOURCES["estimated"], angle_sd=3.0, offset_sd=math.nan))
+    assert decoded.angle_sd_rad == 250 / 2048
+    assert decoded.offset_sd_rad is None
 
 
 # A correction is applied once
@@ -229,10 +229,10 @@ def test_the_angle_is_the_same_however_often_it_is_read_saved_and_restored(
         assert now.offset_rad is not None
         first = monitor.message()
         assert monitor.message() == monitor.message() == first
-        told = decode(first)
-        assert (told.angle_source, told.offset_status) == ("compensated", "valid")
-        assert told.angle_rad == pytest.approx(tick.steering_wheel_angle_rad - now.offset_rad, abs=1e-3)
-        assert told.measured_rad == pytest.approx(tick.steering_wheel_angle_rad, abs=1e-3)
+        decoded = decode(first)
+        assert (decoded.angle_source, decoded.offset_status) == ("compensated", "valid")
+        assert decoded.angle_rad == pytest.approx(tick.steering_wheel_angle_rad - now.offset_rad, abs=1e-3)
+        assert decoded.measured_rad == pytest.approx(tick.steering_wheel_angle_rad, abs=1e-3)
         monitor = restored(truck, monitor.save())
 
 
@@ -240,9 +240,14 @@ def test_an_unobservable_offset_is_not_subtracted(truck: Vehicle, columns: dict[
     monitor = oc.Monitor(truck, method="thesis")
     tick = next(ticks(columns, 9_000))
     monitor.step(tick)
-    told = decode(monitor.message(counter=17))
-    assert (told.angle_source, told.offset_rad, told.offset_sd_rad, told.counter) == ("measured", None, None, 1)
-    assert told.angle_rad == told.measured_rad == pytest.approx(tick.steering_wheel_angle_rad, abs=1e-3)
+    decoded = decode(monitor.message(counter=17))
+    assert (decoded.angle_source, decoded.offset_rad, decoded.offset_sd_rad, decoded.counter) == (
+        "measured",
+        None,
+        None,
+        1,
+    )
+    assert decoded.angle_rad == decoded.measured_rad == pytest.approx(tick.steering_wheel_angle_rad, abs=1e-3)
 
 
 def test_a_gateway_that_passes_the_corrected_angle_on_makes_the_next_monitor_find_none(
@@ -254,13 +259,13 @@ def test_a_gateway_that_passes_the_corrected_angle_on_makes_the_next_monitor_fin
     before = decode_after(own, next(ticks(columns, 0)))
     for tick in ticks(rest):
         first.step(tick)
-        told = decode(first.message())
-        assert told.angle_rad is not None and told.measured_rad is not None
-        values = {**tick.__dict__, ANGLE: told.angle_rad}
+        decoded = decode(first.message())
+        assert decoded.angle_rad is not None and decoded.measured_rad is not None
+        values = {**tick.__dict__, ANGLE: decoded.angle_rad}
         passed_on = second.step(oc.Tick(**values))
-        own.step(oc.Tick(**{**values, ANGLE: told.measured_rad}))
+        own.step(oc.Tick(**{**values, ANGLE: decoded.measured_rad}))
     assert passed_on.offset_rad == pytest.approx(0.0, abs=2e-3)
-    assert decode(second.message()).angle_rad == pytest.approx(told.angle_rad, abs=3e-3)
+    assert decode(second.message()).angle_rad == pytest.approx(decoded.angle_rad, abs=3e-3)
     assert decode(own.message()).offset_rad == pytest.approx(before.offset_rad, abs=2e-3)
 
 

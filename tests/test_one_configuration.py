@@ -37,7 +37,7 @@ def columns_of(drive: Signals) -> dict[str, np.ndarray[Any, Any]]:
     return {name: drive.table[name].to_numpy() for name in _core.COLUMNS if name in drive.table.columns}
 
 
-def told(native: dict[str, Any]) -> dict[str, Any]:
+def shared_part(native: dict[str, Any]) -> dict[str, Any]:
     """The part of an oc_answer that an `oc.Answer` has, too."""
     unobservable = _core.STATUSES.index("unobservable")
     estimates = {name: native[name] for name in (*LEARNED, "yaw_rate_bias")}
@@ -58,7 +58,7 @@ def by_monitor(drive: Signals) -> dict[str, Any]:
     monitor, columns = oc.Monitor(TRUCK, drive.rate_hz), columns_of(drive)
     for row in zip(*(column.tolist() for column in columns.values()), strict=True):
         monitor.step(oc.Tick(**dict(zip(columns, row, strict=True))))
-    return told(monitor._core.answer())
+    return shared_part(monitor._core.answer())
 
 
 def by_live(drive: Signals) -> dict[str, Any]:
@@ -69,7 +69,7 @@ def by_live(drive: Signals) -> dict[str, Any]:
         ticks: Any = {name: column[begin : begin + 997] for name, column in columns.items()}  # decoded already
         learner.take(ticks)
     assert learner.core is not None
-    return told(learner.core.answer())
+    return shared_part(learner.core.answer())
 
 
 @pytest.fixture(scope="module")
@@ -102,7 +102,7 @@ def by_c(ecu: ctypes.CDLL, drive: Signals) -> dict[str, Any]:
     ecu.ecu_ticks(ticks.ctypes.data_as(ctypes.c_void_p), ctypes.c_size_t(len(ticks)))
     ecu.oncenter_ecu_update_answer()
     answer = ffi.cast("oc_answer *", ctypes.addressof(ctypes.c_char.in_dll(ecu, "oncenter_answer")))
-    return told(_core._members(answer))
+    return shared_part(_core._members(answer))
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -112,7 +112,7 @@ def test_desk_monitor_live_and_exported_c_give_one_answer(name: str, ecu: ctypes
     assert by_live(drive) == desk
     assert by_c(ecu, drive) == desk
     begin = cut(drive, CHECKED_S)
-    assert by_monitor(begin) == told_of_core(begin)
+    assert by_monitor(begin) == by_core(begin)
 
 
 def cut(drive: Signals, seconds: float) -> Signals:
@@ -122,11 +122,11 @@ def cut(drive: Signals, seconds: float) -> Signals:
     return Signals(decoded.table.filter(time < time[0] + seconds), decoded.sources, decoded.rate_hz, decoded.log)
 
 
-def told_of_core(drive: Signals) -> dict[str, Any]:
+def by_core(drive: Signals) -> dict[str, Any]:
     """All ticks at once."""
     core = core_of(TRUCK, drive.rate_hz)
     core.run(columns_of(drive))
-    return told(core.answer())
+    return shared_part(core.answer())
 
 
 @pytest.mark.slow

@@ -274,7 +274,7 @@ OF_ANGLE = 'BO_ 256 ANGLE: 8 X\n SG_ page M : 0|4@1+ (1,0) [0|15] "" X\n SG_ ste
 
 
 @pytest.mark.parametrize(
-    ("layout", "told"),
+    ("layout", "reason"),
     [
         (" : 0|13@1- (1,0) [0|0]", "is a floating-point number of 13 bits"),
         (" : -4|16@1+ (1,0) [0|0]", "begins at bit -4"),
@@ -284,13 +284,13 @@ OF_ANGLE = 'BO_ 256 ANGLE: 8 X\n SG_ page M : 0|4@1+ (1,0) [0|15] "" X\n SG_ ste
         (" : 0|32@1+ (1e300,0) [0|0]", "has an unusable scale or offset"),
     ],
 )
-def test_an_impossible_layout_is_left_out_with_a_note(tmp_path: Path, layout: str, told: str) -> None:
+def test_an_impossible_layout_is_left_out_with_a_note(tmp_path: Path, layout: str, reason: str) -> None:
     log = tmp_path / "drive.log"
     log.write_text(candump(drive()) + candump([Frame(START_S + k / 100, 256, bytes(8), False) for k in range(100)]))
     dbc = OF_ANGLE.format(layout) + "SIG_VALTYPE_ 256 steering_wheel_angle : 1;\n"
     (tmp_path / "other.dbc").write_text('VERSION ""\n' + dbc)
     signals = read(log, dbc=[tmp_path / "other.dbc"])
-    assert any(f"steering_wheel_angle: ANGLE.steering_wheel_angle {told}" in note for note in signals.notes)
+    assert any(f"steering_wheel_angle: ANGLE.steering_wheel_angle {reason}" in note for note in signals.notes)
     assert signals.sources["steering_wheel_angle"].description.startswith("VDC2")
 
 

@@ -362,12 +362,12 @@ def test_vin_and_replay_read_blf_too(tmp_path: Path) -> None:
 def test_a_log_is_read_some_containers_at_a_time(tmp_path: Path) -> None:
     frames = padded(*(blf_object(CAN_MESSAGE, classic(k % 2048, bytes(8)), ticks=k) for k in range(2000)))
     (tmp_path / "long.blf").write_bytes(blf_file(*[container(frames)] * 100))
-    told: list[float] = []
-    chunks = list(blf.chunks(tmp_path / "long.blf", [], told.append))
+    shares: list[float] = []
+    chunks = list(blf.chunks(tmp_path / "long.blf", [], shares.append))
     assert sum(map(len, chunks)) == 200_000
     assert max(map(len, chunks)) <= blf.BLOCK_BYTES // 48 + 2000
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
 
 
 def test_a_log_without_objects_has_no_frames(tmp_path: Path) -> None:

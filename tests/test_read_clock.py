@@ -210,8 +210,8 @@ def test_a_sender_has_its_nominal_rate_for_any_disturbance_of_its_stamps(hz: flo
 def test_a_settled_rate_does_not_change_with_later_frames(more: int, hz: float, trouble: str) -> None:
     time = stamps(hz, trouble, 20.0)
     sender = Samples("yaw_rate", time, np.zeros(len(time)), "VDC2", "VDC2 from 0x3E", of_frames=True)
-    told = next(
+    settled = next(
         n for n in range(10, len(time), 7) if replace(sender, time=time[:n], values=np.zeros(n)).rate_is_settled
     )
-    some = time[: min(told + more, len(time))]
+    some = time[: min(settled + more, len(time))]
     assert nominal_rate(some) == sender.rate_hz

@@ -227,11 +227,11 @@ def test_light_formats_load_no_heavy_library(tmp_path: Path) -> None:
 
 
 def test_progress_rises_from_zero_to_one(tmp_path: Path) -> None:
-    told: list[float] = []
-    read(written(tmp_path, ".blf"), progress=told.append)
-    assert told[0] == 0.0
-    assert told[-1] == 1.0
-    assert told == sorted(told)
+    shares: list[float] = []
+    read(written(tmp_path, ".blf"), progress=shares.append)
+    assert shares[0] == 0.0
+    assert shares[-1] == 1.0
+    assert shares == sorted(shares)
 
 
 GENESIS = {
@@ -306,8 +306,8 @@ def asc(*, relative: bool = False, decimal: bool = False, named: bool = False, w
 
     def stamp(time: float) -> str:
         nonlocal last
-        told, last = time - last if relative else time, time
-        return f"   {told:.6f}"
+        shown, last = time - last if relative else time, time
+        return f"   {shown:.6f}"
 
     for k, frame in enumerate(drive()):
         if not frame.extended:

@@ -84,7 +84,7 @@ def test_every_way_of_writing_a_table_gives_the_same_drive(way: str, tmp_path: P
 
 
 @pytest.mark.parametrize(
-    ("rows", "told"),
+    ("rows", "words"),
     [
         ([*LINES, *LINES], "runs backward once, by up to 1.99 s, first after row 200"),
         ([*LINES, *LINES[50:], *LINES[100:]], "runs backward 2 times, by up to 1.49 s, first after row 200"),
@@ -92,13 +92,13 @@ def test_every_way_of_writing_a_table_gives_the_same_drive(way: str, tmp_path: P
 )
 @pytest.mark.parametrize("suffix", ["csv", "parquet"])
 def test_a_part_recorded_twice_gives_a_note_with_the_backward_step(
-    rows: list[str], told: str, suffix: str, tmp_path: Path
+    rows: list[str], words: str, suffix: str, tmp_path: Path
 ) -> None:
     path = tmp_path / f"drive.{suffix}"
     path.write_text("\n".join([HEADER, *rows]) + "\n")
     if suffix == "parquet":
         pl.read_csv(path).write_parquet(path)
-    assert read(path).notes == (f"time of {path.name} {told}: a part that was recorded twice is used twice",)
+    assert read(path).notes == (f"time of {path.name} {words}: a part that was recorded twice is used twice",)
 
 
 def test_dates_without_a_zone_are_seconds_since_1970_in_utc(tmp_path: Path) -> None:

@@ -366,9 +366,9 @@ def test_the_vin_comes_with_the_signals_and_the_log_is_read_once(suffix: str, tm
     vin = b"YS2R4X20005399401*"
     announced = bytes([0x20, len(vin), 0, 3, 0xFF, 0xEC, 0xFE, 0x00])
     packets = [bytes([k + 1]) + vin[7 * k : 7 * k + 7].ljust(7, b"\xff") for k in range(3)]
-    told = [Frame(LOG_S + 2.0, 0x1CECFF00, announced)]
-    told += [Frame(LOG_S + 2.1 + k / 10, 0x1CEBFF00, packet) for k, packet in enumerate(packets)]
-    frames = sorted([*drive(), *told], key=lambda frame: frame.time)
+    sent = [Frame(LOG_S + 2.0, 0x1CECFF00, announced)]
+    sent += [Frame(LOG_S + 2.1 + k / 10, 0x1CEBFF00, packet) for k, packet in enumerate(packets)]
+    frames = sorted([*drive(), *sent], key=lambda frame: frame.time)
     assert read(written(tmp_path, suffix, frames)).vin == "YS2R4X20005399401"
 
 

@@ -60,7 +60,7 @@ def again(lines: Lines, k: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("suffix", "change", "told"),
+    ("suffix", "change", "words"),
     [
         (".log", garbage, "left out 1 line of d.log not in candump format"),
         (".log", half, "left out 1 line of d.log not in candump format"),
@@ -80,9 +80,9 @@ def again(lines: Lines, k: int) -> None:
     ],
 )
 def test_a_damaged_line_gives_a_note(
-    suffix: str, change: Callable[[Lines, int], object], told: str, tmp_path: Path
+    suffix: str, change: Callable[[Lines, int], object], words: str, tmp_path: Path
 ) -> None:
-    assert [note for note in damaged(tmp_path, suffix, change) if note.startswith(told)]
+    assert [note for note in damaged(tmp_path, suffix, change) if note.startswith(words)]
 
 
 def test_the_last_number_of_a_cut_row_is_not_used(tmp_path: Path) -> None:

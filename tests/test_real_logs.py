@@ -361,7 +361,7 @@ MORE_DEG = {
 }
 
 
-class Told(NamedTuple):
+class Reported(NamedTuple):
     """Codes of all findings; those that are errors, and those that are warnings; notes and the code of a refusal."""
 
     codes: set[str]
@@ -370,9 +370,9 @@ class Told(NamedTuple):
     notes: str
 
 
-def told(findings: tuple[Finding, ...], notes: tuple[str, ...]) -> Told:
+def reported(findings: tuple[Finding, ...], notes: tuple[str, ...]) -> Reported:
     by_severity = [{each.code for each in findings if each.severity == grave} for grave in ("error", "warning")]
-    return Told({each.code for each in findings}, *by_severity, "; ".join(notes))
+    return Reported({each.code for each in findings}, *by_severity, "; ".join(notes))
 
 
 @lru_cache
@@ -382,14 +382,14 @@ def of_healthy(scenario: str) -> set[str]:
     return {each.code for each in (*oc.offset(signals, TRUCK).findings, *check(signals, TRUCK).findings)}
 
 
-def assert_tells(cell: str, said: Told, usual: set[str]) -> None:
+def assert_tells(cell: str, found: Reported, usual: set[str]) -> None:
     if cell == "–":
-        assert not (said.errors | said.warnings) - usual
+        assert not (found.errors | found.warnings) - usual
     for code in re.findall(r"`(\w+)`", cell.partition("perhaps")[0]):
-        assert code in said.codes, said
+        assert code in found.codes, found
     for words in re.findall(r'"(.+?)"', cell):
-        assert words in said.notes
-    assert said.errors - usual <= set(re.findall(r"\w+", cell)), said
+        assert words in found.notes
+    assert found.errors - usual <= set(re.findall(r"\w+", cell)), found
 
 
 def refusal(cell: str) -> str | None:
@@ -410,14 +410,14 @@ def test_a_row_of_the_table_is_true(line: Line, scenario: str) -> None:
         assert refused.value.code == code == refusal(line.offset_tells) and line.interval == "no value"
         return
     signals = spoil(scenario)
-    assert_tells(line.signals_tells, told(check(signals, TRUCK).findings, signals.notes), of_healthy(scenario))
+    assert_tells(line.signals_tells, reported(check(signals, TRUCK).findings, signals.notes), of_healthy(scenario))
     if code := refusal(line.offset_tells):
         with pytest.raises(oc.OncenterError) as refused:
             oc.offset(signals, TRUCK)
         assert refused.value.code == code and line.interval == "no value"
         return
     answer = oc.offset(signals, TRUCK)
-    assert_tells(line.offset_tells, told(answer.findings, signals.notes), of_healthy(scenario))
+    assert_tells(line.offset_tells, reported(answer.findings, signals.notes), of_healthy(scenario))
     offset_rad = drive(scenario)[1] + MORE_DEG.get(line.key, 0.0) * DEGREE
     if line.interval == "no value":
         assert answer.offset.value is None

@@ -123,21 +123,21 @@ def test_the_command_line_reports_gaps_in_words_and_json(tmp_path: Path, capsys:
     holed.table.write_csv(log)
     truck.write_text(VEHICLE)
     for verb in ("signals", "offset"):
-        said = told([verb, str(log), "--vehicle", str(truck)], capsys)
+        said = printed([verb, str(log), "--vehicle", str(truck)], capsys)
         assert "7.5 of 9.8 minutes are recorded; there are 14 gaps of up to 10 s" in said
         assert "steering wheel angle signal stops 1.0 s before the end of the log" in said
         codes = {
             each["code"]
-            for each in json.loads(told([verb, str(log), "--vehicle", str(truck), "--json"], capsys))["findings"]
+            for each in json.loads(printed([verb, str(log), "--vehicle", str(truck), "--json"], capsys))["findings"]
         }
         assert {"recording_has_holes", "signal_ended_early"} <= codes
-    words = told(["signals", str(log)], capsys)
+    words = printed(["signals", str(log)], capsys)
     assert " 24%  " in next(line for line in words.splitlines() if line.startswith("yaw_rate"))
-    whole = json.loads(told(["signals", str(log), "--json"], capsys))
+    whole = json.loads(printed(["signals", str(log), "--json"], capsys))
     assert whole["holes"] == 14 and whole["recorded_s"] == pytest.approx(450.0, abs=1.0)
 
 
-def told(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+def printed(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     capsys.readouterr()
     assert run(arguments) == 0
     return capsys.readouterr().out

@@ -171,8 +171,8 @@ def test_a_page_leaves_out_what_no_log_has(answer: Answer, text: str) -> None:
 
 def test_a_file_is_asked_for_the_truck_and_the_start_that_its_signals_lack(drive: Signals, tmp_path: Path) -> None:
     file = tmp_path / "drive.parquet"
-    told = {"vin": "YS2R4X20001234567", "start_time": "2026-03-01T07:05:00Z"}
-    drive.table[:2000].write_parquet(file, metadata=told)
+    known = {"vin": "YS2R4X20001234567", "start_time": "2026-03-01T07:05:00Z"}
+    drive.table[:2000].write_parquet(file, metadata=known)
     origin = origin_of([oncenter.read(file)])
     assert origin.vin == "YS2R4X20001234567" and origin.start == datetime(2026, 3, 1, 7, 5, tzinfo=UTC)
     assert origin.written is not None and abs((datetime.now(UTC) - origin.written).total_seconds()) < 60.0
@@ -361,8 +361,8 @@ def test_the_course_ends_at_the_answer_in_degrees(answer: Answer) -> None:
     assert answer.offset.value is not None and answer.offset.ci95 is not None
     assert drive.offset[-1] == pytest.approx(answer.offset.value / DEGREE)
     # the trace's interval is as of the last final block; the answer's knows of the standstill behind it, too
-    told = tuple(bound / DEGREE for bound in answer.offset.ci95)
-    assert (drive.offset_low[-1], drive.offset_high[-1]) == pytest.approx(told, rel=0.02)
+    interval = tuple(bound / DEGREE for bound in answer.offset.ci95)
+    assert (drive.offset_low[-1], drive.offset_high[-1]) == pytest.approx(interval, rel=0.02)
 
 
 def test_the_expected_angle_is_the_measured_one_less_the_offset(answer: Answer) -> None:
@@ -388,8 +388,8 @@ def test_a_relative_sensor_is_drawn_without_whole_turns_once_they_are_identified
     known = np.isfinite(there.measured)
     first = int(np.argmax(known))
     assert known[first:].all() and 0.5 < first / drive.rate_hz < 60.0  # once it drives
-    told = drive.table.with_columns(pl.when(pl.Series(known)).then(angle).otherwise(float("nan")))
-    here = course_of(answer_to(replace(drive, table=told)))
+    table = drive.table.with_columns(pl.when(pl.Series(known)).then(angle).otherwise(float("nan")))
+    here = course_of(answer_to(replace(drive, table=table)))
     assert here.measured is not None and np.allclose(there.measured, here.measured, atol=1e-6, equal_nan=True)
     assert np.allclose(there.residual[there.used], here.residual[there.used], atol=1e-6)
     assert there.offset[-1] == pytest.approx(here.offset[-1], abs=1e-6)
@@ -458,5 +458,5 @@ def test_a_path_that_cannot_be_written_is_wrong_usage_in_one_line(parking: Answe
 
 
 def test_bokeh_is_not_loaded_before_a_report_is_asked_for() -> None:
-    asked = "import sys, oncenter; oncenter.report; sys.exit('bokeh' in sys.modules)"
-    assert subprocess.run([sys.executable, "-c", asked], check=False).returncode == 0
+    program = "import sys, oncenter; oncenter.report; sys.exit('bokeh' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

@@ -61,12 +61,12 @@ def drive() -> Signals:
 
 def driven(estimate: Any, table: pl.DataFrame) -> Any:
     """The last published values, if all signals arrive 1 ms before each tick."""
-    told = None
+    published = None
     for time, *values in table.select("time_s", *NEEDED).iter_rows():
         for name, value in zip(NEEDED, values, strict=True):
             estimate.receive(name, value, time - 0.001)
-        told = estimate.tick(time)
-    return told
+        published = estimate.tick(time)
+    return published
 
 
 def monitored(table: pl.DataFrame, monitor: oc.Monitor | None = None) -> Any:
@@ -78,18 +78,18 @@ def monitored(table: pl.DataFrame, monitor: oc.Monitor | None = None) -> Any:
 
 
 def test_the_node_publishes_the_monitor_s_result(ros: Ros, drive: Signals) -> None:
-    told = driven(ros.estimate.Estimate(TRUCK, RATE_HZ, None), drive.table)
+    published = driven(ros.estimate.Estimate(TRUCK, RATE_HZ, None), drive.table)
     now = monitored(drive.table)
-    assert told.status == now.offset_status != "unobservable"
-    assert told.sensor_fault == now.sensor_fault == "none"
-    assert told.offset_rad == now.offset_rad
-    assert told.low_rad == now.offset_rad - 1.96 * now.offset_sd_rad < told.offset_rad < told.high_rad
+    assert published.status == now.offset_status != "unobservable"
+    assert published.sensor_fault == now.sensor_fault == "none"
+    assert published.offset_rad == now.offset_rad
+    assert published.low_rad == now.offset_rad - 1.96 * now.offset_sd_rad < published.offset_rad < published.high_rad
 
 
 def test_before_an_estimate_exists_numbers_are_nan(ros: Ros) -> None:
-    told = ros.estimate.Estimate(TRUCK, RATE_HZ, None).tick(0.0)
-    assert told.status == "unobservable"
-    assert all(math.isnan(value) for value in (told.offset_rad, told.low_rad, told.high_rad))
+    published = ros.estimate.Estimate(TRUCK, RATE_HZ, None).tick(0.0)
+    assert published.status == "unobservable"
+    assert all(math.isnan(value) for value in (published.offset_rad, published.low_rad, published.high_rad))
 
 
 def test_a_stale_signal_is_not_available(ros: Ros) -> None:
@@ -110,11 +110,11 @@ def test_the_estimate_is_kept_over_a_restart_of_the_node(ros: Ros, drive: Signal
     image = tmp_path / "oncenter.image"
     first = ros.estimate.Estimate(TRUCK, RATE_HZ, image)
     assert "estimation starts from zero" in first.note
-    told = driven(first, drive.table)
+    published = driven(first, drive.table)
     first.save()
     second = ros.estimate.Estimate(TRUCK, RATE_HZ, image)
     assert second.note == f"continues from {image}"
-    assert second.tick(drive.table["time_s"][-1] + 3600.0).offset_rad == pytest.approx(told.offset_rad, abs=1e-3)
+    assert second.tick(drive.table["time_s"][-1] + 3600.0).offset_rad == pytest.approx(published.offset_rad, abs=1e-3)
     assert list(tmp_path.iterdir()) == [image]
 
 
@@ -154,13 +154,13 @@ def test_the_node_receives_its_topics_and_publishes_its_own(
     monkeypatch.setattr(ros.rclpy, "spun", [driving])
     ros.node.main()
     (node,) = nodes
-    told = {topic: publisher.told[-1].data for topic, publisher in node.publishers_by_topic.items()}
+    published = {topic: publisher.published[-1].data for topic, publisher in node.publishers_by_topic.items()}
     now = monitored(drive.table)
-    assert told["~/status"] == now.offset_status
-    assert told["~/sensor_fault"] == "none"
-    assert told["~/offset"] == pytest.approx(now.offset_rad, abs=1e-4)
-    assert told["~/offset_low"] < told["~/offset"] < told["~/offset_high"]
-    assert all(len(publisher.told) == drive.table.height for publisher in node.publishers_by_topic.values())
+    assert published["~/status"] == now.offset_status
+    assert published["~/sensor_fault"] == "none"
+    assert published["~/offset"] == pytest.approx(now.offset_rad, abs=1e-4)
+    assert published["~/offset_low"] < published["~/offset"] < published["~/offset_high"]
+    assert all(len(publisher.published) == drive.table.height for publisher in node.publishers_by_topic.values())
     assert image.exists()
 
 

@@ -280,8 +280,8 @@ def test_nothing_outside_a_file_is_read(tmp_path: Path) -> None:
 def test_a_note_gives_the_clock_of_each_topic(tmp_path: Path) -> None:
     signal_logs.bag(short(), tmp_path / "x.bag")
     signals = read(tmp_path / "x.bag", names=signal_logs.TOPICS)
-    told = "time used: header.stamp for /vehicle/steering, /imu/data; time of recording for /vehicle/speed"
-    assert told in signals.notes
+    note = "time used: header.stamp for /vehicle/steering, /imu/data; time of recording for /vehicle/speed"
+    assert note in signals.notes
     assert signals.table["time_s"][0] == signal_logs.START_S  # the headers', and not the recorder's 3 ms later
 
 

@@ -110,8 +110,8 @@ def test_the_peak_memory_of_a_process_excludes_its_parent() -> None:
 
 def test_time_goes_to_the_file_that_calls_a_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(spent, "PACKAGE", "/package/")
-    asked_s = {"/package/short.py": 0.05, "/package/long.py": 0.2, "/elsewhere.py": 0.05}
-    works = [compile(f"library({name!r}, {seconds})", name, "exec") for name, seconds in asked_s.items()]
+    sleep_s = {"/package/short.py": 0.05, "/package/long.py": 0.2, "/elsewhere.py": 0.05}
+    works = [compile(f"library({name!r}, {seconds})", name, "exec") for name, seconds in sleep_s.items()]
     library: dict[str, Any] = {"clock": time.perf_counter, "sleep": time.sleep, "took_s": {}}
     sleeps = "def library(name, seconds):\n began = clock()\n sleep(seconds)\n took_s[name] = clock() - began"
     exec(compile(sleeps, "/library.py", "exec"), library)
@@ -119,7 +119,7 @@ def test_time_goes_to_the_file_that_calls_a_library(monkeypatch: pytest.MonkeyPa
     with spent.looks(shares):
         for work in works:
             exec(work, library)
-    took_s = library["took_s"]  # a busy machine sleeps for longer than asked
+    took_s = library["took_s"]  # a busy machine sleeps for longer than requested
     assert set(shares) == {"short.py", "long.py", spent.OTHERS}
     for name in ("short.py", "long.py"):
         assert shares[name] == pytest.approx(took_s[f"/package/{name}"], rel=0.2, abs=0.02)

@@ -43,8 +43,8 @@ def test_a_table_from_standard_input_gives_the_answer_of_its_file(
     packed: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     give(monkeypatch, gzip.compress(CSV.encode()) if packed else CSV.encode())
-    told = signals_of(capsys)
-    assert (told["log"], told["duration_s"]) == ("-", pytest.approx(1.99))
+    printed = signals_of(capsys)
+    assert (printed["log"], printed["duration_s"]) == ("-", pytest.approx(1.99))
 
 
 def test_a_candump_log_from_standard_input_gives_the_answer_of_its_file(

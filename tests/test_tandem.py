@@ -110,9 +110,9 @@ def test_a_laden_three_axle_truck_is_measured_the_better_for_its_layout(tmp_path
     with_layout, without = [], []
     for seed in range(8):
         signals, truth = oc.simulate(file, seed)
-        told = of_layout("6x4", wheelbase_m=truth.equivalent_wheelbase_m, traffic_side="right")
+        configured = of_layout("6x4", wheelbase_m=truth.equivalent_wheelbase_m, traffic_side="right")
         true = truth.offset_rad + truth.straight_ahead_rad
-        for vehicle, errors in ((told, with_layout), (told.model_copy(update={"params": {}}), without)):
+        for vehicle, errors in ((configured, with_layout), (configured.model_copy(update={"params": {}}), without)):
             offset = oc.offset(signals, vehicle).offset
             assert offset.value is not None
             errors.append((offset.value - true) / DEGREE)

@@ -148,13 +148,13 @@ def test_an_unclear_unit_is_left_to_the_user() -> None:
     assert proposed.remark == "It has the unit Unit_DegreOfArc there; deg is assumed: check the unit."
 
 
-def asked(*lines: str) -> tuple[dict[str, object], list[str]]:
+def answered(*lines: str) -> tuple[dict[str, object], list[str]]:
     written, said = iter(lines), []
     return answers(lambda prompt: next(written), said.append, "truck"), said
 
 
 def test_enter_leaves_a_value_out_or_takes_the_default() -> None:
-    values, _ = asked("", "3,7", "", "", "", "", "", "", "")
+    values, _ = answered("", "3,7", "", "", "", "", "", "", "")
     assert values["name"] == "truck" and values["wheelbase_m"] == 3.7
     assert values["steering_ratio"] == 19.3 and "assumed" in values["source"]["steering_ratio"]
     assert set(values) == {"name", "wheelbase_m", "steering_ratio", "source"}
@@ -168,7 +168,7 @@ def test_a_value_that_an_option_gives_is_not_asked() -> None:
 
 
 def test_a_wrong_answer_is_asked_again_with_the_reason() -> None:
-    values, said = asked("t", "", "5530", "5.53 m", "19", "6x3", "6x2", "", "", "up", "right", "", "")
+    values, said = answered("t", "", "5530", "5.53 m", "19", "6x3", "6x2", "", "", "up", "right", "", "")
     assert (values["wheelbase_m"], values["axle_layout"], values["traffic_side"]) == (5.53, "6x2", "right")
     text = "\n".join(said)
     assert "in mm? 5530 mm are 5.53 m" in text and "'6x3'" in text and "'up'" in text and "required" in text

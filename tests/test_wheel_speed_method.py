@@ -86,10 +86,10 @@ def test_the_thesiss_answer_has_the_bias_from_the_wheel_speeds(drive: tuple[Sign
         signals, table=signals.table.with_columns(yaw_rate_rad_s=signals.table["yaw_rate_rad_s"] + 0.3 * DEGREE)
     )
     answer = oc.offset(biased, TRUCK, method="thesis")
-    told = next(finding for finding in answer.findings if finding.code == "yaw_rate_bias")
-    assert told.value == pytest.approx(truth.yaw_rate_bias_rad_s / DEGREE + 0.3, abs=0.05)
-    assert "wheel speeds" in told.text
-    assert "does not correct" in told.text
+    reported = next(finding for finding in answer.findings if finding.code == "yaw_rate_bias")
+    assert reported.value == pytest.approx(truth.yaw_rate_bias_rad_s / DEGREE + 0.3, abs=0.05)
+    assert "wheel speeds" in reported.text
+    assert "does not correct" in reported.text
 
 
 def test_the_verb_takes_the_method(drive: tuple[Signals, Truth], tmp_path_factory: pytest.TempPathFactory) -> None:

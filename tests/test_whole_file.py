@@ -162,7 +162,7 @@ def test_impossible_paths_are_refused_before_anything_is_written(page: Path, tmp
 
 
 def test_a_write_protected_file_or_folder_is_left_alone(page: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Root, who often runs tests, may write anywhere: the operating system is asked to say no."""
+    """Root, who often runs tests, may write anywhere: the operating system is made to refuse."""
     may, locked = os.access, {page}
     monkeypatch.setattr(os, "access", lambda path, mode: Path(path) not in locked and may(path, mode))
     with refused(page, "write-protected"):

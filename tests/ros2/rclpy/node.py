@@ -14,10 +14,10 @@ class Parameter:
 
 @dataclass
 class Publisher:
-    told: list[Any] = field(default_factory=list)
+    published: list[Any] = field(default_factory=list)
 
     def publish(self, msg: Any) -> None:
-        self.told.append(msg)
+        self.published.append(msg)
 
 
 @dataclass

@@ -80,11 +80,13 @@ def errors_in_source() -> set[str]:
 
 
 def test_each_finding_has_a_section_and_each_section_a_finding() -> None:
-    assert set(SECTIONS["finding"]) == set(findings_in_source())
+    about = f"{PAGE} needs a section `## CODE` for each code of @finding(CODE, …) in src/oncenter, and no other"
+    assert set(SECTIONS["finding"]) == set(findings_in_source()), about
 
 
 def test_each_error_has_a_section_and_each_section_an_error() -> None:
-    assert set(SECTIONS["error"]) == errors_in_source()
+    about = f"{PAGE} needs a section `## CODE` for each code=… of an OncenterError in src/oncenter, and no other"
+    assert set(SECTIONS["error"]) == errors_in_source(), about
 
 
 def test_no_code_has_two_sections_of_one_kind() -> None:
@@ -95,34 +97,37 @@ def test_no_code_has_two_sections_of_one_kind() -> None:
 def test_the_page_gives_the_severity_and_the_unit_of_a_finding(code: str) -> None:
     page = (ROOT / PAGE).read_text(encoding="utf-8")
     head = FINDING_HEAD.fullmatch(page.split(f"\n## {code}\n\n")[1].split("\n\n")[0])
-    assert head is not None, "Severity: warning. Value: `deg`, free play."
+    place = f"{PAGE}, section {code}"
+    assert head is not None, f"{place}: its first line must be like `Severity: warning. Value: `deg`, free play.`"
     severities = {head[1], *({head[2]} if head[2] else set())}
-    assert severities <= SEVERITIES
+    assert severities <= SEVERITIES, place
     in_source, units = findings_in_source()[code]
-    assert in_source <= severities
-    assert not [unit for unit in units if unit not in head[3]]
-    assert bool(units) or "`" not in head[3]
+    assert in_source <= severities, f"{place}: gives {severities}, the functions of the finding give {in_source}"
+    assert not [unit for unit in units if unit not in head[3]], f"{place}: the value has the unit {units}"
+    assert bool(units) or "`" not in head[3], f"{place}: the finding has no unit"
 
 
 @pytest.mark.parametrize("section", read_sections(), ids=lambda section: f"{section.kind}-{section.code}")
 def test_a_section_has_its_parts_in_order_and_short_sentences(section: Section) -> None:
+    place = f"{PAGE}, section {section.code}"
     head, example, *rest = section.paragraphs
-    assert (FINDING_HEAD if section.kind == "finding" else ERROR_HEAD).fullmatch(head)
-    assert example.startswith("  ")
+    assert (FINDING_HEAD if section.kind == "finding" else ERROR_HEAD).fullmatch(head), f"{place}: its first line"
+    assert example.startswith("  "), f"{place}: its second paragraph quotes the printed text, each line after `> `"
     labels = [paragraph.split(": ")[0] for paragraph in rest]
     assert labels in (
         ["What it means", "What to do"],
         ["What it means", "Likely causes", "What to do"],
-    )
+    ), f"{place}: its paragraphs after the quoted text"
     checked = section.paragraphs[1:] if section.kind == "finding" else rest  # messages of errors name files
     for sentence in (each for paragraph in checked for each in re.split(r"[.;:?]\s", paragraph)):
-        assert len(sentence.split()) <= WORDS_MAX, sentence
+        assert len(sentence.split()) <= WORDS_MAX, f"{place}: more than {WORDS_MAX} words: {sentence}"
 
 
 @pytest.mark.parametrize("code", sorted(SECTIONS["finding"]))
 def test_a_finding_says_what_happens_to_the_offset(code: str) -> None:
     example = SECTIONS["finding"][code].paragraphs[1]
-    assert re.search(r"\boffset\b|\buncertainty\b", example), example
+    about = f"the text of {code} must give its effect on the offset or on its uncertainty:"
+    assert re.search(r"\boffset\b|\buncertainty\b", example), f"{about} {example}"
 
 
 def test_explain_prints_the_section_as_plain_text(capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,12 +23,10 @@ from oncenter import _core
 ROOT = Path(__file__).parents[1]
 WITHOUT_ANGLE = """
 #include "methods.h"
-static void no_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
-                     const oc_coefficients *c) {
-    (void)tick, (void)tracking, (void)evidence, (void)learned, (void)c;
-}
-#define oc_follow_angle no_angle
+#define oc_observe_motion(...) ((void)0)
+#define oc_follow_angle(...) ((void)0)
 #include "monitor.c"
+#undef oc_observe_motion
 #undef oc_follow_angle
 """
 

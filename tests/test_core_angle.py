@@ -102,7 +102,6 @@ def observe(
         tick = ffi.new(
             "oc_angle_tick *",
             {
-                "tick_s": 1.0 / RATE_HZ,
                 "yaw_rate": yaw_rate[k],
                 "speed": speed[k],
                 "lateral_acceleration": acceleration[k],
@@ -112,6 +111,7 @@ def observe(
                 "has_motion": not np.isnan(yaw_rate[k]),
             },
         )
+        lib.oc_angle_filter(tracking, design, tick)
         lib.oc_angle_update(tracking, evidence, design, given, tick, out)
         found[k] = tuple(getattr(out, name) for name in found.dtype.names)
     return found

@@ -98,7 +98,10 @@ static void begin_observer(oc_angle_tracking *t, const oc_angle_tick *tick) {
     };
 }
 
-static void filter_motion(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_tick *tick) {
+void oc_angle_filter(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_tick *tick) {
+    if (!t->running || !tick->has_motion) {
+        return;
+    }
     t->speed += (tick->speed - t->speed) * d->speed_share;
     t->yaw_rate_first += (tick->yaw_rate - t->yaw_rate_first) * d->yaw_rate_share;
     /* implicit in the damping: stable at 20 Hz */
@@ -370,9 +373,6 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     const oc_angle_truck *truck = identified ? learned : &truck_prior;
     if (!t->running && tick->has_motion) {
         begin_observer(t, tick);
-    }
-    if (tick->has_motion) {
-        filter_motion(t, d, tick);
     }
     const bool moves = tick->has_motion && fabsf(t->speed) > walking_speed && fabsf(tick->speed) > 0.5f * walking_speed;
     const bool is_due = oc_angle_is_due(t);

@@ -40,7 +40,6 @@ typedef struct {
 
 /* One tick. */
 typedef struct {
-    float tick_s;
     float yaw_rate, yaw_rate_bias_sd; /* rad/s, corrected */
     float speed;                      /* m/s */
     float lateral_acceleration;       /* m/s^2, as measured */
@@ -119,7 +118,10 @@ double oc_angle_delay_s(const oc_angle_design *design);
 /* Whether the next tick checks the estimate against the sensor. */
 bool oc_angle_is_due(const oc_angle_tracking *tracking);
 
-/* Filters and publishes the angle at each tick. Updates place in the play, interval and learning every check_s. */
+/* Filters a tick's motion, before oc_angle_update. Early in the tick its result is there when it is needed. */
+void oc_angle_filter(oc_angle_tracking *tracking, const oc_angle_design *design, const oc_angle_tick *tick);
+
+/* Publishes the angle at each tick. Updates place in the play, interval and learning every check_s. */
 void oc_angle_update(oc_angle_tracking *tracking, oc_angle_evidence *evidence, const oc_angle_design *design,
                      const oc_angle_truck *truck, const oc_angle_tick *tick, oc_angle *angle);
 

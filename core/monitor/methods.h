@@ -30,7 +30,10 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
 /* Derives the angle observer's truck from the estimates. */
 void oc_learn_truck(oc_learned *learned, const oc_joint *joint, const oc_coefficients *c);
 
-/* Chapter 4: monitors the sensor, and estimates the angle without it. After a hole the estimate begins anew. */
+/* Chapter 4: filters the motion for the observer. After a hole the estimate begins anew. */
+void oc_observe_motion(oc_tick *tick, oc_tracking *tracking, const oc_coefficients *c);
+
+/* Chapter 4: monitors the sensor, and estimates the angle without it. */
 void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                      const oc_coefficients *c);
 

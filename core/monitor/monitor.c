@@ -263,10 +263,13 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     oc_evidence *evidence = &state->evidence;
     oc_gyro_bias *gyro_bias = &evidence->gyro_bias;
 
+    tick->stands = tick->moves = false;
+
     /* a tick whose time does not increase is rejected */
     const oc_clock_verdict verdict = oc_clock_update(&tracking->clock, c->ticks_until_new_clock, tick->signals.time);
     if (verdict == OC_CLOCK_REJECTS) {
         tick->reasons = OC_REASON_TIME;
+        tick->angle = (oc_angle){0};
         count(evidence, tick->reasons);
         return;
     }
@@ -281,6 +284,9 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     /* 5.3.1: the gyro's bias, also without an angle */
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
     set_yaw_rate_bias(tick, gyro_bias, &c->params);
+
+    /* chapter 4: the observer's filter, early, so that the processor need not wait for it */
+    oc_observe_motion(tick, tracking, c);
 
     /* the method's sensors */
     if (has_all) {
@@ -309,44 +315,40 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     oc_follow_angle(tick, tracking, evidence, &state->learned, c);
 }
 
-void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *signals, oc_output *output) {
-    oc_tick tick = {.signals = *signals};
-    step(state, coefficients, &tick);
+static void step_and_publish(oc_state *state, const oc_coefficients *c, oc_tick *tick, oc_output *output) {
+    step(state, c, tick);
     if (output != NULL) {
-        oc_publish(output, state, coefficients, &tick);
+        oc_publish(output, state, c, tick);
     }
 }
 
-static double at(const double *column, size_t row) {
-    return column == NULL ? 0.0 : column[row];
+void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *signals, oc_output *output) {
+    oc_tick tick = {.signals = *signals};
+    step_and_publish(state, coefficients, &tick, output);
+}
+
+/* The columns are in the order of the signals and of their bits. */
+static void take_row(oc_signals *signals, const oc_columns *columns, size_t row, uint32_t valid) {
+    const double *const *column = &columns->steering_wheel_angle;
+    double *signal = &signals->steering_wheel_angle;
+    signals->time = columns->time[row];
+    signals->valid = valid;
+    for (uint32_t k = 0; valid >> k != 0; ++k) {
+        if (column[k] != NULL) {
+            signal[k] = column[k][row];
+        }
+    }
 }
 
 void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_columns *columns, oc_output *outputs) {
-    const uint32_t valid = (columns->steering_wheel_angle != NULL ? OC_HAS_STEERING_WHEEL_ANGLE : 0u) |
-                           (columns->yaw_rate != NULL ? OC_HAS_YAW_RATE : 0u) |
-                           (columns->vehicle_speed != NULL ? OC_HAS_VEHICLE_SPEED : 0u) |
-                           (columns->lateral_acceleration != NULL ? OC_HAS_LATERAL_ACCELERATION : 0u) |
-                           (columns->wheel_speed_front_left != NULL ? OC_HAS_WHEEL_SPEED_FRONT_LEFT : 0u) |
-                           (columns->wheel_speed_front_right != NULL ? OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
-                           (columns->wheel_speed_rear_left != NULL ? OC_HAS_WHEEL_SPEED_REAR_LEFT : 0u) |
-                           (columns->wheel_speed_rear_right != NULL ? OC_HAS_WHEEL_SPEED_REAR_RIGHT : 0u) |
-                           (columns->lateral_speed != NULL ? OC_HAS_LATERAL_SPEED : 0u) |
-                           (columns->steering_wheel_torque != NULL ? OC_HAS_STEERING_WHEEL_TORQUE : 0u);
+    const double *const *column = &columns->steering_wheel_angle;
+    oc_tick tick = {.reasons = 0};
+    uint32_t valid = 0;
+    for (uint32_t k = 0; k < OC_SIGNAL_COUNT; ++k) {
+        valid |= column[k] != NULL ? 1u << k : 0u;
+    }
     for (size_t row = 0; row < columns->count; ++row) {
-        const oc_signals tick = {
-            .time = columns->time[row],
-            .steering_wheel_angle = at(columns->steering_wheel_angle, row),
-            .yaw_rate = at(columns->yaw_rate, row),
-            .vehicle_speed = at(columns->vehicle_speed, row),
-            .lateral_acceleration = at(columns->lateral_acceleration, row),
-            .wheel_speed_front_left = at(columns->wheel_speed_front_left, row),
-            .wheel_speed_front_right = at(columns->wheel_speed_front_right, row),
-            .wheel_speed_rear_left = at(columns->wheel_speed_rear_left, row),
-            .wheel_speed_rear_right = at(columns->wheel_speed_rear_right, row),
-            .lateral_speed = at(columns->lateral_speed, row),
-            .steering_wheel_torque = at(columns->steering_wheel_torque, row),
-            .valid = valid,
-        };
-        oc_step(state, coefficients, &tick, outputs == NULL ? NULL : &outputs[row]);
+        take_row(&tick.signals, columns, row, valid);
+        step_and_publish(state, coefficients, &tick, outputs == NULL ? NULL : &outputs[row]);
     }
 }

@@ -7,8 +7,8 @@ oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned) {
 void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick) {
     const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &c->params);
     output->time = state->tracking.clock.last_time;
-    output->vehicle_speed = tick->filtered.vehicle_speed;
-    output->motion = tick->motion;
+    output->vehicle_speed = tick->moves ? tick->filtered.vehicle_speed : 0.0;
+    output->motion = tick->moves ? tick->motion : (oc_motion){0};
     output->reasons = tick->reasons;
     output->offset_status = oc_offset_status(&state->evidence, state->learned.offset.status);
     output->offset = state->learned.offset.value;

@@ -1,6 +1,6 @@
 #ifndef OC_TICK_H
 #define OC_TICK_H
-/* One tick in Figure 15: each step adds its values. */
+/* One tick in Figure 15: each step sets its values. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -17,13 +17,15 @@ typedef struct {
     uint32_t reasons;            /* oc_reason bits of an unused tick; 0: used */
     bool clock_set_back;         /* earlier times are of another clock */
     bool after_hole;             /* first tick after a hole */
+    bool after_gap;              /* the same for the angle, whatever signals are missing */
     bool stands;                 /* the truck stands */
-    bool moves;                  /* filtered values and motion are of this tick; else zero */
+    bool moves;                  /* filtered values and motion are of this tick */
     bool suspected;              /* the angle sensor may be at fault */
     double yaw_rate_bias, yaw_rate_bias_sd; /* rad/s */
     oc_sensed sensed;            /* by the method's sensors, not filtered */
     oc_filtered filtered;        /* with the method's correction of the yaw rate */
     oc_motion motion;
+    oc_angle_tick observed;      /* for the angle without its sensor */
     oc_angle angle;              /* zero where the tick is rejected */
 } oc_tick;
 

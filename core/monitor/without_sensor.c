@@ -56,10 +56,6 @@ static bool by_wheel_speed(const oc_params *p) {
     return p->angle_method == OC_ANGLE_WHEEL_SPEED || p->angle_method == OC_ANGLE_WHEEL_SPEED_EXACT;
 }
 
-typedef struct {
-    bool angle, motion;
-} available;
-
 /* Whether the angle method's signals are available. The mean bank replaces a missing accelerometer. */
 static bool has_motion(const oc_params *p, uint32_t valid) {
     const uint32_t required = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
@@ -90,24 +86,24 @@ static void learn_remount(oc_tracking *tracking, oc_joint *joint, const oc_estim
 }
 
 /* Uses the previous tick's estimate, so that a jump is never published. */
-static void judge_sensor(const oc_signals *tick, oc_tracking *tracking, oc_evidence *evidence,
-                         const oc_learned *learned, const oc_coefficients *c, const available *has, bool after_hole) {
+static void judge_sensor(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
+                         const oc_coefficients *c, bool has_angle) {
     const oc_angle_truck *truck = &learned->truck;
     const oc_angle_tracking *angle = &tracking->angle;
     const oc_fault_tick judged = {
-        .time = tick->time,
+        .time = tick->signals.time,
         .tick_s = c->angle.tick_s,
         .judged_s = oc_angle_is_due(angle) ? c->angle.check_s : 0.0f,
-        .measured = has->angle ? (float)tick->steering_wheel_angle : 0.0f,
+        .measured = has_angle ? (float)tick->signals.steering_wheel_angle : 0.0f,
         .offset = (float)learned->offset.value,
         .offset_sd = truck->identified ? truck->offset_sd : unloaded_half_play_sd,
         .estimate = angle->estimate,
         .sd = angle->sd,
         .flank_deficit = flank_deficit(&learned->truck, angle->place),
-        .speed = has->motion ? (float)tick->vehicle_speed : 0.0f,
-        .has_measured = has->angle,
-        .after_hole = after_hole,
-        .can_judge = has->motion && truck->identified && evidence->angle.seconds > judge_after_s,
+        .speed = tick->observed.speed,
+        .has_measured = has_angle,
+        .after_hole = tick->after_gap,
+        .can_judge = tick->observed.has_motion && truck->identified && evidence->angle.seconds > judge_after_s,
     };
     const oc_fault before = evidence->fault.fault;
     const oc_fault now = oc_fault_update(&tracking->fault, &evidence->fault, &judged);
@@ -125,41 +121,47 @@ static float measured_or_none(bool is_measured, double value) {
     return is_measured ? (float)value : 0.0f;
 }
 
+/* Chapter 4, the motion. After a gap the estimate begins anew. */
+void oc_observe_motion(oc_tick *tick, oc_tracking *tracking, const oc_coefficients *c) {
+    const oc_signals *signals = &tick->signals;
+    if (tick->clock_set_back) {
+        tracking->fault.running = 0;
+    }
+    tick->after_gap = is_after_gap(&tracking->fault, signals->time);
+    if (tick->after_gap || tick->clock_set_back) {
+        tracking->angle.running = 0;
+    }
+    const bool moves = has_motion(&c->params, tick->measured);
+    tick->observed = (oc_angle_tick){
+        .yaw_rate = measured_or_none(moves, signals->yaw_rate - tick->yaw_rate_bias),
+        .yaw_rate_bias_sd = (float)tick->yaw_rate_bias_sd,
+        .speed = measured_or_none(moves, signals->vehicle_speed),
+        .lateral_acceleration = measured_or_none(moves, signals->lateral_acceleration),
+        .has_motion = moves,
+    };
+    oc_angle_filter(&tracking->angle, &c->angle, &tick->observed);
+}
+
 /* Chapter 4: monitors the sensor, and estimates the angle without it. */
 void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                      const oc_coefficients *c) {
     const oc_params *p = &c->params;
     const oc_signals *signals = &tick->signals;
-    if (tick->clock_set_back) {
-        tracking->fault.running = 0;
-    }
-    const bool after_hole = is_after_gap(&tracking->fault, signals->time);
-    if (after_hole || tick->clock_set_back) {
-        tracking->angle.running = 0;
-    }
     const bool has_angle = (tick->measured & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
-    const double measured = has_angle ? signals->steering_wheel_angle - learned->offset.value : 0.0;
-    const bool moves = has_motion(p, tick->measured);
-    const bool accelerometer_lost = p->use_accelerometer && (tick->measured & OC_HAS_LATERAL_ACCELERATION) == 0;
-    const available has = {.angle = has_angle, .motion = moves};
-    judge_sensor(signals, tracking, evidence, learned, c, &has, after_hole);
-    const oc_angle_tick now = {
-        .tick_s = c->angle.tick_s,
-        .yaw_rate = measured_or_none(moves, signals->yaw_rate - tick->yaw_rate_bias),
-        .yaw_rate_bias_sd = (float)tick->yaw_rate_bias_sd,
-        .speed = measured_or_none(moves, signals->vehicle_speed),
-        .lateral_acceleration = measured_or_none(moves, signals->lateral_acceleration),
-        .bank_sd = accelerometer_lost || (!p->use_accelerometer && !learned->truck.identified) ? unmeasured_bank_sd
-                                                                                               : 0.0f,
-        .front_wheel =
-            moves && by_wheel_speed(p) ? (float)front_wheel_by_wheels(c, &evidence->gyro_bias, signals) : 0.0f,
-        .lateral_speed = measured_or_none(moves && p->angle_method == OC_ANGLE_SIDE_SLIP, signals->lateral_speed),
-        .true_by_sensor = measured,
-        .has_sensor = has_angle && !oc_fault_excludes_angle(&tracking->fault),
-        .can_learn = has_angle && !accelerometer_lost && tracking->fault.fault == OC_FAULT_NONE &&
-                   !oc_fault_suspected(&tracking->fault),
-        .has_motion = moves,
-        .accelerometer_lost = accelerometer_lost,
-    };
-    oc_angle_update(&tracking->angle, &evidence->angle, &c->angle, &learned->truck, &now, &tick->angle);
+    judge_sensor(tick, tracking, evidence, learned, c, has_angle);
+    oc_angle_tick *now = &tick->observed;
+    now->accelerometer_lost = p->use_accelerometer && (tick->measured & OC_HAS_LATERAL_ACCELERATION) == 0;
+    if (now->accelerometer_lost || (!p->use_accelerometer && !learned->truck.identified)) {
+        now->bank_sd = unmeasured_bank_sd;
+    }
+    if (now->has_motion && by_wheel_speed(p)) {
+        now->front_wheel = (float)front_wheel_by_wheels(c, &evidence->gyro_bias, signals);
+    }
+    now->lateral_speed =
+        measured_or_none(now->has_motion && p->angle_method == OC_ANGLE_SIDE_SLIP, signals->lateral_speed);
+    now->true_by_sensor = has_angle ? signals->steering_wheel_angle - learned->offset.value : 0.0;
+    now->has_sensor = has_angle && !oc_fault_excludes_angle(&tracking->fault);
+    now->can_learn = has_angle && !now->accelerometer_lost && tracking->fault.fault == OC_FAULT_NONE &&
+                     !oc_fault_suspected(&tracking->fault);
+    oc_angle_update(&tracking->angle, &evidence->angle, &c->angle, &learned->truck, now, &tick->angle);
 }

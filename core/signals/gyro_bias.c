@@ -78,10 +78,6 @@ static void reset_block(oc_gyro_bias *state) {
     }
 }
 
-static void reset_standstill(oc_gyro_bias *state) {
-    state->still = (oc_still_mean){0};
-}
-
 /* The first tick since power-on sets the priors; the first since ignition adds variance to the bias. */
 static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p, double time) {
     if (!state->started) {
@@ -114,7 +110,7 @@ static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const 
     state->still_ticks = 0;
     state->still_blocks = 0.0;
     reset_block(state);
-    reset_standstill(state);
+    state->still = (oc_still_mean){0};
 }
 
 /* Without wheel speeds a drift is observable only at the next standstill, so a large prior would leave the bias
@@ -216,7 +212,7 @@ static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, doubl
         state->evidence += n * tick_s;
         update_status(state, p);
     }
-    reset_standstill(state);
+    state->still = (oc_still_mean){0};
 }
 
 static bool has_rolling_wheels(const oc_signals *tick) {
@@ -233,7 +229,7 @@ static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *des
         if (state->still_ticks > 0) {
             state->still_ticks = 0;
             state->still_blocks = 0.0;
-            reset_standstill(state);
+            state->still = (oc_still_mean){0};
         }
         return;
     }
@@ -372,34 +368,38 @@ static bool has_load(oc_gyro_bias *state, const oc_gyro_bias_design *design, boo
     return true;
 }
 
+static const uint32_t wheels[OC_AXLE_COUNT] = {
+    [OC_AXLE_REAR] = OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT,
+    [OC_AXLE_FRONT] = OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT,
+};
+
+static void add_readings(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_signals *tick) {
+    for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
+        const double *left = axle == OC_AXLE_REAR ? &tick->wheel_speed_rear_left : &tick->wheel_speed_front_left;
+        if ((tick->valid & wheels[axle]) == wheels[axle]) {
+            oc_gyro_reading_add(&state->axles[axle], design->track[axle], left[0], left[1], tick->yaw_rate,
+                                tick->lateral_acceleration);
+        }
+    }
+}
+
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
                          const oc_signals *tick) {
-    static const uint32_t wheels[OC_AXLE_COUNT] = {
-        [OC_AXLE_REAR] = OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT,
-        [OC_AXLE_FRONT] = OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT,
-    };
     if (!(tick->valid & OC_HAS_YAW_RATE)) {
         return;
     }
     if (!state->running) {
         begin(state, design, params, tick->time);
     }
-    if (!state->has_wheels && (tick->valid & (wheels[OC_AXLE_REAR] | wheels[OC_AXLE_FRONT]))) {
+    const bool has_wheels = (tick->valid & (wheels[OC_AXLE_REAR] | wheels[OC_AXLE_FRONT])) != 0;
+    if (has_wheels && !state->has_wheels) {
         state->has_wheels = 1;
         state->P[DRIFT][DRIFT] += squared(params->gyro_bias_drift_first_sd_rad_s2);
     }
     watch_standstill(state, design, params, tick);
     const bool has_acceleration = params->use_accelerometer != 0 && (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0;
-    const bool adds = has_load(state, design, has_acceleration);
-    for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
-        const bool is_rear = axle == OC_AXLE_REAR;
-        if (adds && (tick->valid & wheels[axle]) == wheels[axle]) {
-            oc_gyro_reading_add(
-                &state->axles[axle], design->track[axle],
-                is_rear ? tick->wheel_speed_rear_left : tick->wheel_speed_front_left,
-                is_rear ? tick->wheel_speed_rear_right : tick->wheel_speed_front_right, tick->yaw_rate,
-                tick->lateral_acceleration);
-        }
+    if (has_load(state, design, has_acceleration) && has_wheels) {
+        add_readings(state, design, tick);
     }
     state->block_ticks += 1.0;
     if (state->block_ticks >= design->ticks_per_block) {

@@ -4,7 +4,7 @@
 
 /* Numerical. */
 /* Against implausible values and NaN; in the order of the signals and their bits. */
-static const float signal_limits[] = {
+static const float signal_limits[OC_SIGNAL_COUNT] = {
     100.0f,                                 /* rad, 16 turns */
     10.0f,                                  /* rad/s */
     150.0f,                                 /* m/s */
@@ -16,7 +16,7 @@ static const float signal_limits[] = {
 uint32_t oc_signals_measured(const oc_signals *tick) {
     const double *signal = &tick->steering_wheel_angle;
     uint32_t measured = tick->valid;
-    for (uint32_t k = 0; k < sizeof signal_limits / sizeof *signal_limits; ++k) {
+    for (uint32_t k = 0; k < OC_SIGNAL_COUNT && tick->valid >> k != 0; ++k) {
         if (!(fabs(signal[k]) < (double)signal_limits[k])) {
             measured &= ~(1u << k);
         }

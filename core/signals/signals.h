@@ -23,6 +23,8 @@ typedef enum {
     OC_HAS_STEERING_WHEEL_TORQUE = 512
 } oc_signal_bit;
 
+enum { OC_SIGNAL_COUNT = 10 };
+
 typedef struct {
     double time;                 /* s, of this tick; the core has no clock of its own */
     double steering_wheel_angle; /* rad, as measured, offset included */
@@ -36,7 +38,7 @@ typedef struct {
     uint32_t valid;              /* oc_signal_bit */
 } oc_signals;
 
-/* The same as columns of a table: NaN: not available, NULL: missing column (not time). */
+/* The same in this order as columns of a table: NaN: not available, NULL: missing column (not time). */
 typedef struct {
     size_t count;
     const double *time;                 /* s */

@@ -1,10 +1,10 @@
 #include <math.h>
 
 #include "bounds.h"
-#include "hypothesis_terms.h"
+#include "hypothesis.h"
+#include "joint_model.h"
 
 /* Derived. */
-static const float rad_per_deg = 0.017453292f; /* pi/180 */
 static const float variance_min = 7.6e-7f;     /* rad^2, (0.05 deg)^2: model error, limit of single precision */
 static const float probation_cost = 16.0f; /* score_second's maximum of 8, twice, so that two outliers do not decide */
 
@@ -176,7 +176,7 @@ void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
     *h = (oc_hypothesis){
         .play = *play,
         .width_mean = 2.0f * play->half_width,
-        .variance = rad_per_deg * rad_per_deg,
+        .variance = 0.017453292f * 0.017453292f, /* (1 deg)^2 */
         .blocks.factor = 3.0f,
         .long_blocks.factor = 3.0f,
     };

@@ -1,7 +1,8 @@
 #include <math.h>
 
 #include "bounds.h"
-#include "hypothesis_terms.h"
+#include "hypothesis.h"
+#include "joint_model.h"
 
 /* Derived. */
 static const float smoothed_noise = 0.71f; /* of white noise, by joint.c's 0.3 s: 1 - 0.3 (1 - exp(-1 / 0.3)) */
@@ -134,19 +135,15 @@ static void add_priors(const oc_hypothesis *h, const oc_hypothesis_design *desig
 
 /* A given play is one more observation, of B + W with the play's sd. A rubbing hypothesis has no W. */
 static void add_known_play(const oc_hypothesis *h, const oc_hypothesis_design *design, oc_equations *equations) {
-    enum {
-        WIDTHS = WIDTH * (WIDTH + 3) / 2,
-        PRODUCT = WINDUP * (WINDUP + 1) / 2 + WIDTH,
-        WINDUPS = WINDUP * (WINDUP + 3) / 2
-    };
+    enum { B_B = WIDTH * (WIDTH + 3) / 2, W_B = WINDUP * (WINDUP + 1) / 2 + WIDTH, W_W = W_B + WINDUP - WIDTH };
     const float accuracy = design->known.play_accuracy;
     const float width = accuracy * design->scale[WIDTH], windup = accuracy * design->scale[WINDUP];
     const float deviation = accuracy * (design->known.play - 2.0f * (h->play.half_width + h->play.windup));
-    equations->lower[WIDTHS] += width * width;
-    equations->lower[WINDUPS] += windup * windup;
+    equations->lower[B_B] += width * width;
+    equations->lower[W_W] += windup * windup;
     equations->terms[WIDTH] += width * deviation;
     if (creeps(&h->play)) {
-        equations->lower[PRODUCT] += width * windup;
+        equations->lower[W_B] += width * windup;
         equations->terms[WINDUP] += windup * deviation;
     }
 }

@@ -19,43 +19,17 @@ static float root_of(float square, float prior_information, float diagonal) {
     return sqrtf(square > pivot_min ? square : pivot_min);
 }
 
-/* Row i of the factor, in place. */
-static void factor_row(int32_t i, float *triangle, const float *information, float *inverse) {
-    float *row = &triangle[i * (i + 1) / 2];
-    const float *above = triangle;
-    for (int32_t j = 0; j < i; ++j) {
-        row[j] = minus_products(row[j], row, above, j) * inverse[j];
-        above += j + 1;
-    }
-    row[i] = root_of(minus_products(row[i] + information[i], row, row, i), information[i], row[i]);
-    inverse[i] = 1.0f / row[i];
-}
-
 void oc_triangle_factor(float *triangle, const float *information, float *inverse) {
-    enum { SINGLE = 2 - OC_TERMS % 2 };
-    for (int32_t i = 0; i < SINGLE; ++i) {
-        factor_row(i, triangle, information, inverse);
-    }
-    /* then two rows at a time, which read the rows above them once */
-    for (int32_t i = SINGLE; i < OC_TERMS; i += 2) {
-        float *row = &triangle[i * (i + 1) / 2], *below = row + i + 1;
+    float *row = triangle;
+    for (int32_t i = 0; i < OC_TERMS; ++i) {
         const float *above = triangle;
         for (int32_t j = 0; j < i; ++j) {
-            float sum = row[j], sum_below = below[j];
-            for (int32_t k = 0; k < j; ++k) {
-                sum -= row[k] * above[k];
-                sum_below -= below[k] * above[k];
-            }
-            row[j] = sum * inverse[j];
-            below[j] = sum_below * inverse[j];
+            row[j] = minus_products(row[j], row, above, j) * inverse[j];
             above += j + 1;
         }
         row[i] = root_of(minus_products(row[i] + information[i], row, row, i), information[i], row[i]);
         inverse[i] = 1.0f / row[i];
-        below[i] = minus_products(below[i], below, row, i) * inverse[i];
-        const float left = minus_products(below[i + 1] + information[i + 1], below, below, i + 1);
-        below[i + 1] = root_of(left, information[i + 1], below[i + 1]);
-        inverse[i + 1] = 1.0f / below[i + 1];
+        row += i + 1;
     }
 }
 

@@ -30,20 +30,12 @@ const char *oc_angle_method_name(oc_angle_method method) {
 }
 
 const char *oc_reason_name(oc_reason reason) {
-    switch (reason) {
-    case OC_REASON_MISSING_SIGNAL: return "missing_signal";
-    case OC_REASON_TIME: return "time";
-    case OC_REASON_GAP: return "gap";
-    case OC_REASON_SETTLING: return "settling";
-    case OC_REASON_SPEED: return "speed";
-    case OC_REASON_CURVATURE: return "curvature";
-    case OC_REASON_LONGITUDINAL_ACCELERATION: return "longitudinal_acceleration";
-    case OC_REASON_BANK: return "bank";
-    case OC_REASON_WINDOW: return "window";
-    case OC_REASON_YAW_RATE_BIAS: return "yaw_rate_bias";
-    case OC_REASON_LATERAL_ACCELERATION: return "lateral_acceleration";
-    case OC_REASON_COUNT:
-    default: break;
+    static const char *const names[OC_REASON_COUNT] = {
+        "missing_signal", "time", "gap", "settling", "speed", "curvature", "longitudinal_acceleration",
+        "bank", "window", "yaw_rate_bias", "lateral_acceleration"};
+    uint32_t k = 0;
+    while (k < OC_REASON_COUNT && (uint32_t)reason != 1u << k) {
+        ++k;
     }
-    return NULL;
+    return k < OC_REASON_COUNT ? names[k] : NULL;
 }

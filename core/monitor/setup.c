@@ -130,10 +130,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->wheel_axle = axle;
     c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;
     c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
-    c->pieces_per_tick = 1;
-    if (rate_hz < one_piece_hz) {
-        c->pieces_per_tick = 2;
-    }
+    c->pieces_per_tick = rounded_up(one_piece_hz / rate_hz);
     /* upward, which bounds the number of blocks */
     c->ticks_per_block = rounded_up(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
     c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);

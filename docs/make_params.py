@@ -94,7 +94,8 @@ def ranges() -> Iterator[str]:
 
 
 def names() -> Iterator[str]:
-    return (f'    "{name}",' for name, _ in all_params())
+    listed = ", ".join(f'"{name}"' for name, _ in all_params())
+    yield from textwrap.wrap(f"{listed},", 120, initial_indent="    ", subsequent_indent="    ")
 
 
 BLOCKS: dict[str, Callable[[], Iterator[str]]] = {

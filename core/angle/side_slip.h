@@ -16,7 +16,7 @@ typedef struct {
     double sums[OC_SIDE_SLIP_TERMS];
 } oc_side_slip_evidence;
 
-/* Of one tick. */
+/* The motion of one tick. */
 typedef struct {
     double speed, lateral_speed; /* m/s, over ground */
     double yaw_rate;             /* rad/s */

@@ -18,7 +18,7 @@ static oc_fmi fmi_of(const oc_output *output, const oc_signals *tick) {
     }
 }
 
-/* With hysteresis: from 1.96 standard deviations beyond the limit until the value is below it. */
+/* It has hysteresis: from 1.96 standard deviations beyond the limit until the value is below it. */
 static bool is_out_of_calibration(const oc_trouble *trouble, const oc_output *output, double offset_max) {
     const double size = fabs(output->offset);
     const bool was = trouble->active && trouble->by_offset;

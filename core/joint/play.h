@@ -47,7 +47,7 @@ typedef enum {
     OC_SLOPE_COUNT
 } oc_slope;
 
-/* Of a pair of parameters: larger first, larger second, smaller first, smaller second. */
+/* The variations of a pair of parameters: larger first, larger second, smaller first, smaller second. */
 enum { OC_VARIED = 4 };
 
 /* Angles behind the wind-up (wound, w) and behind the play (inner, h), rad at the sensor. Arrays of four, for SIMD. */

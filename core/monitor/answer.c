@@ -7,7 +7,7 @@
 /* Derived. */
 enum { window_bit = 8 }; /* of OC_REASON_WINDOW, 1 << 8 */
 
-/* Of a count below 2^63: the library's conversion is slow on a Cortex-M. */
+/* The count is below 2^63: the library's conversion is slow on a Cortex-M. */
 static double to_double(uint64_t count) {
     return (double)(uint32_t)(count >> 32) * 4294967296.0 + (double)(uint32_t)count;
 }

@@ -228,7 +228,7 @@ static void learn(oc_evidence *evidence, oc_learned *learned, const oc_coefficie
     oc_learn_truck(learned, &evidence->joint, c);
 }
 
-/* From clean motion to estimates, by the selected method. */
+/* The step from clean motion to estimates, by the selected method. */
 static void estimate(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, oc_learned *learned,
                      const oc_coefficients *c) {
     if (c->params.method == OC_METHOD_JOINT) {

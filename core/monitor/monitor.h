@@ -109,7 +109,7 @@ typedef struct {
     oc_learned learned; /* follows from evidence at each final block */
 } oc_state;
 
-/* Of the offset with other estimates of the same drive, to combine several drives. */
+/* The covariances of the offset with other estimates of a drive, to combine several drives. */
 typedef struct {
     double understeer_gradient;    /* rad^2/(m/s^2) */
     double unloading_acceleration; /* rad m/s^2 */

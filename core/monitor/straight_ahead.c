@@ -5,7 +5,7 @@
 /* Numerical. */
 static const double separability_min = 0.25; /* against an ill-conditioned pair of offset and gradient */
 
-/* By the gyro's filter where a gyro is available. */
+/* The estimate of the gyro's filter where a gyro is available. */
 oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficients *c) {
     const int32_t axle = c->wheel_axle;
     if (evidence->gyro_bias.axles[axle].blocks > 0.0) {

@@ -10,7 +10,7 @@ void oc_sums_add(oc_sums *sums, double y, double x, double w) {
     sums->xx += x * x;
 }
 
-/* By rounding a sum of squares can be negative. */
+/* Rounding can make a sum of squares negative. */
 static double not_negative(double squares) {
     return squares > 0.0 ? squares : 0.0;
 }

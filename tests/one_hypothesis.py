@@ -6,7 +6,7 @@ and the residual follows from them by the operators below, an offset, a gradient
 
 import math
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -95,6 +95,14 @@ class Drive:
         """Left and right exchanged; the winds are unchanged."""
         same = ("per_speed", "wind")
         return Drive(**{name: column if name in same else -column for name, column in vars(self).items()})
+
+
+def planted(drive: Drive, name: str, size: float) -> Drive:
+    """The drive with a term of motion of this size, by its row of core/terms.toml."""
+    row = ROWS[name]
+    factors = {"ratio_times_wheelbase": RATIO_TIMES_WHEELBASE, "steering_ratio": RATIO}
+    regressor = eval(row["sum"].replace("sample->", "drive.").replace("fabsf", "np.abs"), {"drive": drive, "np": np})
+    return replace(drive, residual=drive.residual + size * factors.get(row.get("weight"), 1.0) * regressor)
 
 
 def knots(rng: np.random.Generator, t: Array, every_s: float) -> Array:

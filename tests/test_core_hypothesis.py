@@ -27,6 +27,7 @@ from one_hypothesis import (
     driven,
     in_si,
     knots,
+    planted,
 )
 
 from oncenter._native import ffi, lib
@@ -125,6 +126,18 @@ def test_the_rate_at_which_a_motor_unwinds_the_column_is_identified() -> None:
     learner = Learner(Play(windup=1.5 * DEGREE)).learn(driven(3, truth, 900))
     assert learner.now.unwinding == pytest.approx(0.8, abs=0.15)
     assert learner.h.offset == pytest.approx(OFFSET, abs=0.15 * DEGREE)
+
+
+OF_MOTION = [name for name, row in ROWS.items() if "sum" in row]
+
+
+# The prior of the yaw rate bias is the gyro filter's; a fifth wheel's friction loads the play, too.
+@pytest.mark.parametrize("name", sorted(set(OF_MOTION) - {"YAW_RATE_BIAS", "FIFTH_WHEEL"}))
+def test_a_term_of_motion_is_estimated_where_it_is_planted(name: str) -> None:
+    drive, size, term = driven(3, Play(), 600), in_si(ROWS[name]["prior"][1]), list(ROWS).index(name)
+    without, with_it = (Learner(Play()).learn(each) for each in (drive, planted(drive, name, size)))
+    found = (with_it.h.terms[term] - without.h.terms[term]) * with_it.scale[term]
+    assert found == pytest.approx(size, rel=0.2), "the sum and the weight of its row in core/terms.toml"
 
 
 def test_uneven_turns_and_offset_are_separated() -> None:

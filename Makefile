@@ -233,7 +233,6 @@ generated: written ## renew all that a script writes: the core's tables, referen
 # Without .venv/dev at first: with the old tables the core may not compile.
 written: .venv/tools ## of these the ones that take seconds and need no browser
 	$(BIN)/python docs/make_params.py
-	$(BIN)/python docs/make_terms.py
 	$(BIN)/python docs/make_layout.py
 	$(BIN)/python docs/make_structs.py
 	$(BIN)/python docs/make_contents.py

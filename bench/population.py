@@ -15,7 +15,7 @@ import numpy as np
 
 from oncenter import _core
 from oncenter.signals import DEGREE
-from oncenter.tuned import TUNED
+from oncenter.tuned import PRIORS, TUNED
 
 Random = np.random.Generator
 
@@ -60,7 +60,7 @@ class Rayleigh:
 Distribution = Uniform | Normal | Rayleigh
 
 BELIEVED = _core.default_params()  # the estimator's priors
-PLAY_SD_DEG = 6.0  # of the play's full width, before the drive: core/joint/hypothesis.c
+PLAY_SD_DEG = PRIORS["WIDTH"][1] / DEGREE  # of the play's full width, before the drive
 PULL_SD_M_S2, WIND_SD_M_S2 = BELIEVED["pull_sd_m_s2"], BELIEVED["wind_sd_m_s2"]
 CROWN_M_S2, CROWN_SD_M_S2 = BELIEVED["crown_m_s2"], BELIEVED["crown_sd_m_s2"]
 CROWN_SHARE_STOOD_ON = BELIEVED["standing_crown_share_1"]

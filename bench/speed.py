@@ -32,10 +32,6 @@ from turns import best_of
 from oncenter._core import OUTPUT_DTYPE, Core, default_params
 
 HERE = Path(__file__).parent
-sys.path.append(str(HERE.parent / "tests"))
-
-import oracle  # noqa: E402
-
 OFFSET_AGREES_DEG = 1e-9
 README_MARK = "<!-- below: written by speed.py --readme -->\n"
 LOG_OFFSETS_AGREE_DEG = 0.01  # the rival interpolates the speed differently
@@ -51,6 +47,9 @@ def core() -> Core:
 
 def check_agreement(ticks: int) -> None:
     """Checks the core against the second implementation, the thesis in NumPy."""
+    sys.path.append(str(HERE.parent / "tests"))
+    import oracle
+
     columns = drives.ticks(ticks)
     one = core()
     one.run(columns)

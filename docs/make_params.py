@@ -1,7 +1,8 @@
-"""Writes the rows of core/params.toml and core/tuned.toml into the C and into their pages: run it after any change.
+"""Writes the rows of core/*.toml into the C and into their pages: run it after any change.
 
 The params are in core/truck/params.{h,c} and docs/params.md; the tuned constants in the C file that uses them, in
-src/oncenter/tuned.py and in docs/tuned.md.
+src/oncenter/tuned.py and in docs/tuned.md; the terms of the joint model in core/joint, in docs/method.md and in
+src/oncenter/tuned.py.
 
 Needs nothing but Python, so that it also runs where the core does not compile.
 """
@@ -98,19 +99,94 @@ def names() -> Iterator[str]:
     yield from textwrap.wrap(f"{listed},", 120, initial_indent="    ", subsequent_indent="    ")
 
 
-BLOCKS: dict[str, Callable[[], Iterator[str]]] = {
-    "members": members, "defaults": defaults, "ranges": ranges, "names": names,
+TERMS = table("terms")
+SUMS = {name: row["sum"] for name, row in TERMS.items() if "sum" in row}
+SLOPES = [name for name, row in TERMS.items() if row.get("slope")]
+
+
+def count() -> Iterator[str]:
+    yield f"    OC_TERMS = {len(TERMS)}, /* of a hypothesis, without the offset */"
+
+
+def term_names() -> Iterator[str]:
+    for name, row in TERMS.items():
+        about = f"/* {row['symbol']}, {row['unit']}: {row['meaning']} */"
+        yield from textwrap.wrap(about, 120, initial_indent="    ", subsequent_indent="     * ")
+        yield f"    {name},"
+
+
+def slopes() -> Iterator[str]:
+    return (f"    OC_SLOPE_{name}," for name in SLOPES)
+
+
+def priors() -> Iterator[str]:
+    return (f"    [{name}] = {{{', '.join(map(_c_number, row['prior']))}}}," for name, row in TERMS.items())
+
+
+def sums() -> Iterator[str]:
+    return (f"    sums[{name}] += {regressor};" for name, regressor in SUMS.items())
+
+
+def weights() -> Iterator[str]:
+    for name, row in TERMS.items():
+        if "weight" in row:
+            minus = "-" if row["weight"].startswith("-") else ""
+            yield f"    design->of_sum[{name}] *= {minus}design->{row['weight'].lstrip('-')};"
+
+
+def equation() -> Iterator[str]:
+    """The terms that matter most come first."""
+    line = "    delta_m - i L kappa = o"
+    for row in reversed(TERMS.values()):
+        if "regressor" in row:
+            minus = row["regressor"].startswith("-")
+            summand = f" {'-' if minus else '+'} {row['symbol']} {row['regressor'].lstrip('-')}"
+            if len(line) + len(summand) > 100:
+                yield line
+                line = " " * 25
+            line += summand
+    yield f"{line} + noise"
+
+
+def term_table() -> Iterator[str]:
+    yield "| term | symbol | meaning | unit | prior: mean | sd | source of the prior |"
+    yield "|---|---|---|---|--:|--:|---|"
+    for name, row in reversed(TERMS.items()):
+        mean, sd = row["prior"]
+        cells = (name.lower(), row["symbol"], row["meaning"], row["unit"], mean, sd, row["source"])
+        yield f"| {' | '.join(cells)} |"
+
+
+def _in_si(given: str) -> str:
+    number, _, unit = given.partition(" ")
+    return repr(float(number) * (math.pi / 180.0 if unit == "deg" else 1.0))
+
+
+def _c_number(given: str) -> str:
+    """`1.5 deg` as `1.5f * 0.017453292f`, which has the same bits on all machines."""
+    number, _, unit = given.partition(" ")
+    return f"{float(number)!r}f" + (" * 0.017453292f" if unit == "deg" else "")
+
+
+BLOCKS: dict[str, dict[str, Callable[[], Iterator[str]]]] = {
+    "params": {"members": members, "defaults": defaults, "ranges": ranges, "names": names},
+    "terms": {"count": count, "names": term_names, "slopes": slopes, "priors": priors, "sums": sums,
+              "weights": weights, "equation": equation, "table": term_table},
 }  # fmt: skip
+BLOCK = re.compile(
+    r"(?ms)^( *(?:/\*|<!--) (?:Tuned, in )?(params|tuned|terms)\.toml: (\w+) (?:\*/|-->))$"
+    r".*?^( *(?:/\*|<!--) end (?:\*/|-->))$"
+)
 
 
 def with_rows(source: str) -> str:
-    """C source with new text in each block from `/* params.toml: NAME */`, or of tuned.toml, to `/* end */`."""
+    """The source with new text in each block between a comment `TABLE.toml: NAME` and the comment `end`."""
 
     def block(found: re.Match[str]) -> str:
-        rows = tuned(found[3]) if found[2] == "tuned" else BLOCKS[found[3]]()
+        rows = tuned(found[3]) if found[2] == "tuned" else BLOCKS[found[2]][found[3]]()
         return "\n".join([found[1], *rows, found[4]])
 
-    return re.sub(r"(?ms)^( */\* (?:Tuned, in )?(params|tuned)\.toml: (\w+) \*/)$.*?^( */\* end \*/)$", block, source)
+    return BLOCK.sub(block, source)
 
 
 def page() -> str:
@@ -139,10 +215,12 @@ def tuned_module() -> str:
         for name, row in group.items()
         if "size" not in row
     ]
+    priors = [f'    "{name}": ({", ".join(map(_in_si, row["prior"]))}),' for name, row in TERMS.items()]
     about = (
-        "The core's tuned constants, by C file and name, in rad. Written by docs/make_params.py from core/tuned.toml."
+        "Numbers of the core, angles in rad. Written by docs/make_params.py from tuned.toml and terms.toml of core/."
     )
-    return "\n".join([f'"""{about}"""', "", "TUNED = {", *rows, "}", ""])
+    constants = ["TUNED = {  # by C file and name", *rows, "}"]
+    return "\n".join([f'"""{about}"""', "", *constants, "PRIORS = {  # mean and sd of each term", *priors, "}", ""])
 
 
 def tuned_page() -> str:
@@ -174,9 +252,9 @@ def tuned_page() -> str:
 
 def made() -> dict[Path, str]:
     """The text of each file."""
-    files = [*(f"params.{end}" for end in "hc"), *(f"{stem}.c" for stem in table("tuned"))]
-    sources = [next((ROOT / "core").rglob(file)) for file in files]
-    return {path: with_rows(path.read_text(encoding="utf-8")) for path in sources} | {
+    files = [*(ROOT / "core").rglob("*.[ch]"), ROOT / "docs" / "method.md"]
+    texts = {path: path.read_text(encoding="utf-8") for path in files}
+    return {path: with_rows(text) for path, text in texts.items() if BLOCK.search(text)} | {
         ROOT / "docs" / "params.md": page(),
         ROOT / "docs" / "tuned.md": tuned_page(),
         ROOT / "src" / "oncenter" / "tuned.py": tuned_module(),

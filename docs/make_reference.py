@@ -25,7 +25,6 @@ from oncenter.vehicle_keys import KEYS, SIGNAL_ENTRY, TABLES, Key
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "docs" / "reference"
 _MADE = "This page is written by `docs/make_reference.py`."
-_COMPLETION = ("install_completion", "show_completion")
 _TYPES = {bool: "flag", int: "whole number", float: "number", str: "text", Path: "path"}
 Schema = Mapping[str, Any]
 

@@ -10,7 +10,7 @@ OF = ("oc_answer", "oc_output")
 KINDS = {"double": "float", "float": "float", "int32_t": "int", "uint32_t": "int", "uint64_t": "int", "_Bool": "bool"}
 # Members that Python adds, with the function.
 ADDED = {"oc_answer": ("yaw_rate_step_sd: NotRequired[float]  # offset.coarse_recording.widened",)}
-HEAD = '''"""Structs of the core as dicts; core/*.h documents the members. docs/make_structs.py writes this file."""
+HEAD = '''"""Structs of the core as dicts; core/*/*.h documents the members. docs/make_structs.py writes this file."""
 
 from typing import NotRequired, TypedDict
 '''

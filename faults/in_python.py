@@ -7,13 +7,12 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 Found = tuple[str, str, int, int, str]  # kind, function, start, end, new text
 
 _NOTE = re.compile(r"note|finding|warning|reason|missing|complain|problem|remark|hint|from_table", re.IGNORECASE)
 _GIVES_NOTE = re.compile(r"(^|\.)_?(add_)?(note|warn|remark)\w*$|from_table$|Finding$")
-_GIVES_NUMBER = re.compile(r"(np|math)\.|(len|float|int|abs|sum)$")
 _ESCAPE = re.compile(r"(?<![\w.])(?:\w+\.)?(?:\w*escape|\w*quoted?)\(")
 _TEXT_AS_JSON = re.compile(r"(?<=\{)json\.dumps\(|json\.dumps\((?=str\(|printable\()")
 _SAME_EITHER_WAY = {"max", "min", "hypot", "maximum", "minimum", "isclose", "allclose", "isinstance", "add", "fmax"}
@@ -173,7 +172,7 @@ def _one_more(node: ast.expr | None, source: _Source) -> Iterator[tuple[int, int
         yield *source.span(node), str(node.value + 1)
 
 
-def _dropped_note(of_notes: bool):  # type: ignore[no-untyped-def]
+def _dropped_note(of_notes: bool) -> Callable[[ast.AST, _Source], Iterator[tuple[int, int, str]]]:
     """A statement that gives a note is skipped; `of_notes`: all that the function yields are notes."""
 
     def find(node: ast.AST, source: _Source) -> Iterator[tuple[int, int, str]]:

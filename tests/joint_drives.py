@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
-from oncenter._native import lib
 from oncenter.simulate import Truth, simulate
 
 Array = npt.NDArray[np.float64]
@@ -20,7 +19,6 @@ RATE_HZ = 100.0
 DURATION_S = 900.0
 ANGLE, YAW_RATE = "steering_wheel_angle_rad", "yaw_rate_rad_s"
 MIRRORED = (ANGLE, YAW_RATE, "lateral_acceleration_m_s2")
-HYPOTHESES = lib.OC_JOINT_HYPOTHESES
 
 CREEPING = "[steering]\nbacklash_deg = 8.0\n"
 RUBBING = "[steering]\nbacklash_deg = 8.0\nking_pin_friction_n_m = 300.0\n"

@@ -26,7 +26,7 @@ class _Lines(io.TextIOWrapper):
     def __init__(self, file: BinaryIO) -> None:
         super().__init__(file, encoding="utf-8", errors="replace")
 
-    def __next__(self) -> str:  # type: ignore[override]
+    def __next__(self) -> str:
         line = super().__next__()
         if not line.endswith("\n"):
             raise StopIteration
@@ -39,7 +39,7 @@ class _AscLines(_Lines):
         self._decimal = self._relative = False
         self._time = 0.0
 
-    def __next__(self) -> str:  # type: ignore[override]
+    def __next__(self) -> str:
         line = super().__next__()
         if base := _BASE.match(line):
             self._decimal, self._relative = base[1].lower() == "dec", (base[2] or "").lower() == "relative"

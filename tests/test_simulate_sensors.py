@@ -42,7 +42,6 @@ standing_at_start_s = 2.0
 standing_at_end_s = 2.0
 """
 WITHOUT_NOISE = {"noise_sd_deg": 0.0, "resolution_deg": 0.0, "range_deg": 2000.0}
-STEP_DEG = 0.1  # resolution of the thesis drive's angle and yaw rate
 
 Drive = Callable[[str], tuple[Signals, Truth]]
 

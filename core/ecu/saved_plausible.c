@@ -278,8 +278,8 @@ static bool is_tracking(const oc_tracking *tracking, const oc_coefficients *c) {
 
 static bool is_gyro_bias(const oc_gyro_bias *gyro_bias) {
     const float memory_s = gyro_bias->past.memory_s;
-    return is_below(gyro_bias->due, 5) && is_status(gyro_bias->status) && is_covariance(gyro_bias) &&
-           !(memory_s > 0.0f && memory_s < 0.1f);
+    return is_below(gyro_bias->due, OC_GYRO_BIAS_PIECES + 1) && is_status(gyro_bias->status) &&
+           is_covariance(gyro_bias) && !(memory_s > 0.0f && memory_s < 0.1f);
 }
 
 /* A second that is due has ticks. */

@@ -20,11 +20,11 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
         .pull_sd = pull_sd,
     };
     for (int32_t k = 0; k < OC_TERMS; ++k) {
-        design->scale[k] = design->of_sum[k] = oc_joint_model_get()->terms[k].sd;
+        design->scale[k] = design->of_sum[k] = oc_joint_priors()[k].sd;
     }
-    const oc_term_prior *gradient = &oc_joint_model_get()->terms[GRADIENT];
+    const oc_term_prior *gradient = &oc_joint_priors()[GRADIENT];
     design->known = (oc_known_truck){
-        .width_sd = oc_joint_model_get()->terms[WIDTH].sd,
+        .width_sd = oc_joint_priors()[WIDTH].sd,
         .set_up_share = 1.0f,
         .wheelbase = {1.0f, 0.0f},
         .gradient = {1.0f, gradient->mean / gradient->sd},

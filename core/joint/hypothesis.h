@@ -3,9 +3,10 @@
 /* One hypothesis: a free play of the steering, and all parameters estimated with it by least squares (docs/method.md,
  * "The joint method").
  *
- * joint_model.h has the model of the measured angle less i*L*r/v. Operators (play.h) give the place c in the play of
- * width B and the place d in the column's wind-up of width W. Twelve more operators run at slightly larger and smaller
- * parameters. Their differences are the model's slopes. Recursive least squares are linearised anew each second.
+ * docs/method.md, "Model", has the equation of the measured angle less i*L*r/v. Operators (play.h) give the place c in
+ * the play of width B and the place d in the column's wind-up of width W. Twelve more operators run at slightly larger
+ * and smaller parameters. Their differences are the model's slopes. Recursive least squares are linearised anew each
+ * second.
  *
  * Single precision, so that the whole hypothesis set fits a microcontroller. */
 

@@ -41,7 +41,7 @@ static bool creeps(const oc_play *play) {
 }
 
 static float mean_of(int32_t term) {
-    return oc_joint_model_get()->terms[term].mean;
+    return oc_joint_priors()[term].mean;
 }
 
 static float solved(const oc_hypothesis *h, const oc_hypothesis_design *design, int32_t term) {
@@ -193,7 +193,7 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     const float scale = design->scale[UNLOADING];
     const float squared_scale = scale * scale;
     const float bias = squared_scale / (equations->information[UNLOADING] - prior->zero_information * squared_scale);
-    const float little = oc_max(1.0f - 2.0f * h->play.half_width / oc_joint_model_get()->little_play, 0.0f);
+    const float little = oc_max(1.0f - 2.0f * h->play.half_width / oc_joint_little_play(), 0.0f);
     const float variance = h->variances.of[OC_OF_UNLOADING], pull_prior = design->pull_sd * design->pull_sd;
     const float remaining = oc_min(variance + little * bias, bias);
     const float identified = 1.0f - remaining / bias;

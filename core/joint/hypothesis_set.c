@@ -3,6 +3,7 @@
 #include <math.h>
 
 #include "bounds.h"
+#include "joint_model.h"
 
 /* Derived. */
 static const float one_degree = 0.017453292f; /* rad, pi/180 */
@@ -24,14 +25,13 @@ static float given_half_width(int32_t k, const oc_known_truck *known) {
 oc_play oc_joint_start_of(int32_t k, const oc_known_truck *known) {
     static const float widths[3] = {2.0f, 6.0f, 12.0f};     /* deg */
     static const float unloadings[3] = {-0.2f, 0.0f, 0.2f}; /* m/s^2 */
-    static const float creep = 100.0f * 0.017453292f;       /* rad/s per m/s^2, the prior's mean */
     const int32_t kind = k % 4;
     oc_play play = {.half_width = 0.5f * widths[k / 4] * one_degree, .friction = -1.0f};
     if (known->play_accuracy > 0.0f) {
         play.half_width = given_half_width(k / 4, known);
     }
     if (kind > 0) {
-        play.creep = creep;
+        play.creep = oc_joint_priors()[CREEP].mean;
         play.windup = 0.25f * one_degree;
         play.friction = 0.06f;
         play.unloading = unloadings[kind - 1];

@@ -7,7 +7,7 @@
 #include "hypothesis_set.h"
 
 /* Derived. */
-static const float wind_speed = 20.0f; /* m/s, at which joint_model.h defines a_w */
+static const float wind_speed = 20.0f; /* m/s, at which terms.toml defines a_c and a_s */
 
 /* Numerical. */
 static const float initial_error = 0.017453292f; /* rad, unit of costs before the first solution */

@@ -27,7 +27,7 @@ double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) 
 
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side) {
     const float loaded = side > 0 ? joint->loaded_left_s : joint->loaded_right_s;
-    const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > oc_joint_model_get()->little_play;
+    const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > oc_joint_little_play();
     const bool found = wide && design->bank_unmeasured <= 0.0f && loaded > moment_s;
     const float needed = wide ? flank_s : flank_s / no_play_share;
     return found ? 0.0 : (double)oc_max(needed - loaded, 0.0f);
@@ -53,7 +53,7 @@ static float flank_rate(const oc_hypothesis *h) {
  * entries of roundabouts look like outliers. `loaded`: time on the flank loaded for the shorter time, 1 if
  * sufficient. */
 static float unloaded_width_variance(const oc_hypothesis *h, float width_sd, float unloaded, float loaded) {
-    const float little = lack(2.0f * h->play.half_width / oc_joint_model_get()->little_play);
+    const float little = lack(2.0f * h->play.half_width / oc_joint_little_play());
     const float lack_of_flank = lack(loaded);
     const float doubtful = lack_of_flank * oc_max(unloaded, width_variance_min * lack_of_flank * lack_of_flank);
     return oc_max(doubtful, little * lack(no_play_share * loaded)) * width_sd * width_sd;
@@ -94,7 +94,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     values_of(best, about);
     const float loaded = oc_min(joint->loaded_left_s, joint->loaded_right_s);
     const float width_sd = design->hypothesis.known.width_sd;
-    const float prior_gradient = oc_joint_model_get()->terms[GRADIENT].mean;
+    const float prior_gradient = oc_joint_priors()[GRADIENT].mean;
     *answer = (oc_joint_answer){0};
     float all = 0.0f, pull_sum = 0.0f, set_up_sum = 0.0f, lean_sum = 0.0f, set_up_lean_sum = 0.0f;
     float per_acceleration = 0.0f;

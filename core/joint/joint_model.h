@@ -48,11 +48,10 @@ typedef struct {
     float mean, sd;
 } oc_term_prior;
 
-typedef struct {
-    oc_term_prior terms[OC_TERMS];
-    float little_play; /* rad: in less play neither a_0 nor the play is identifiable, by the steering's lag */
-} oc_joint_model;
+/* Of each term. */
+const oc_term_prior *oc_joint_priors(void);
 
-const oc_joint_model *oc_joint_model_get(void);
+/* rad, width: in less play neither a_0 nor the play is identifiable, by the steering's lag. */
+float oc_joint_little_play(void);
 
 #endif

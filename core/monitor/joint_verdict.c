@@ -1,7 +1,6 @@
 #include <math.h>
 
 #include "bounds.h"
-#include "joint_model.h"
 #include "methods.h"
 
 /* Tuned, in tuned.toml: joint_verdict */

@@ -285,7 +285,7 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
     set_yaw_rate_bias(tick, gyro_bias, &c->params);
 
-    /* chapter 4: the observer's filter, early, so that the processor need not wait for it */
+    /* chapter 4: the motion for the observer */
     oc_observe_motion(tick, tracking, c);
 
     /* the method's sensors */

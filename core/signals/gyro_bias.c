@@ -42,7 +42,7 @@ static int state_of(int32_t axle, int which) {
 }
 
 /* The filter processes a block step by step, one between two ticks, to limit the peak load of a tick. */
-enum { NOTHING_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE };
+enum { NOTHING_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE = OC_GYRO_BIAS_PIECES };
 
 static double squared(double value) {
     return value * value;

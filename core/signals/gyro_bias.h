@@ -29,6 +29,8 @@ enum {
     OC_AXLE_COUNT
 };
 
+enum { OC_GYRO_BIAS_PIECES = 4 }; /* of deferred work, for a whole block */
+
 typedef struct {
     double track[OC_AXLE_COUNT];    /* m; a default where the vehicle has none */
     double per_track[OC_AXLE_COUNT]; /* 1/m */
@@ -63,7 +65,7 @@ typedef struct {
     double evidence;                         /* s, of blocks and standstill */
     double wheel_evidence;                   /* s, of blocks alone */
     double sd;                               /* rad/s, of the bias, as of the last block */
-    int32_t due;                             /* pieces of deferred work: steps left for the last whole block */
+    int32_t due;                             /* of the pieces of deferred work, those that are left */
     int32_t still_ticks;                     /* of this standstill, settling included */
     int32_t lost_ticks;                      /* since the last lateral acceleration, clamped at the design's */
     int32_t started;                         /* since power-on */

@@ -1,6 +1,6 @@
 """The only access to native memory: the C core's structs as NumPy dtypes, its functions as Python functions.
 
-SI units and rad. core/*.h documents the members.
+SI units and rad. core/*/*.h documents the members.
 """
 
 from __future__ import annotations

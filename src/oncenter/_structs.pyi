@@ -1,4 +1,4 @@
-"""Structs of the core as dicts; core/*.h documents the members. docs/make_structs.py writes this file."""
+"""Structs of the core as dicts; core/*/*.h documents the members. docs/make_structs.py writes this file."""
 
 from typing import NotRequired, TypedDict
 

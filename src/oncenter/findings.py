@@ -90,7 +90,7 @@ class Kind(NamedTuple):
 def finding(
     code: str, severity: str, unit: str | None = None
 ) -> Callable[[Callable[Concatenate[Kind, P], Found]], Callable[P, Found]]:
-    """Registers a code at the function that finds it, which gets the kind as its first argument.
+    """Gives a function that finds something the kind of its finding, as its first argument.
 
     Its docstring has the condition. A code may have several functions.
     """

@@ -1,6 +1,6 @@
-"""The core's tuned constants, by C file and name, in rad. Written by docs/make_params.py from core/tuned.toml."""
+"""Numbers of the core, angles in rad. Written by docs/make_params.py from tuned.toml and terms.toml of core/."""
 
-TUNED = {
+TUNED = {  # by C file and name
     "angle.first_pole_hz": 5.0,
     "angle.pair_hz": 3.8,
     "angle.pair_damping": 0.65,
@@ -111,6 +111,7 @@ TUNED = {
     "joint.bend_error": 0.002,
     "joint.unmeasured_bank": 0.2,
     "joint.solve_all_until_s": 120.0,
+    "joint_model.little_play": 0.03490658503988659,
     "joint_answer.flank_s": 2.0,
     "joint_answer.no_play_share": 0.1,
     "joint_answer.width_variance_min": 0.3,
@@ -206,4 +207,21 @@ TUNED = {
     "without_sensor.judge_after_s": 400.0,
     "without_sensor.unmeasured_bank_sd": 0.2,
     "without_sensor.gap_s_min": 0.3,
+}
+PRIORS = {  # mean and sd of each term
+    "YAW_ACCELERATION": (0.0, 1.7453292519943295),
+    "JERK": (0.0, 0.17453292519943295),
+    "FIFTH_WHEEL": (0.0, 0.026179938779914945),
+    "UNEVEN": (0.0, 0.007),
+    "YAW_RATE_BIAS": (0.0, 0.017453292519943295),
+    "WIND": (0.0, 0.05),
+    "WIND_ACROSS": (0.0, 0.05),
+    "CREEP": (1.7453292519943295, 0.7),
+    "FRICTION": (0.1, 0.15),
+    "UNLOADING": (0.0, 0.15),
+    "WIDTH": (0.06981317007977318, 0.10471975511965978),
+    "UNWINDING": (0.0, 0.6),
+    "WINDUP": (0.017453292519943295, 0.03490658503988659),
+    "WHEELBASE": (0.0, 0.05),
+    "GRADIENT": (0.006981317007977318, 0.006981317007977318),
 }

@@ -25,11 +25,11 @@ DEFAULT_METHOD: Method = "joint"
 class Estimates:
     """All that a drive, or several of one truck, says about its steering wheel angle sensor.
 
-    Times are in seconds of ticks;
-    duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are the tables answered, so that
-    `trace` can run them again. The wheel radius mismatch of an axle is its left radius over its right less one;
-    `unloading_acceleration` is the neutral lateral acceleration: the measured one at which the steering carries no
-    load. `equivalent_wheelbase` is the one of (10) that fits the bends; it contains an error of the steering ratio.
+    Times are in seconds of ticks; duration_s = used_s + unused_s, and the reasons in `rejected_s` overlap. `drives` are
+    the tables answered, so that `trace` can run them again. The wheel radius mismatch of an axle is its left radius
+    over its right less one; `unloading_acceleration` is the neutral lateral acceleration: the measured one at which the
+    steering carries no load. `equivalent_wheelbase` is the one of (10) that fits the bends; it contains an error of the
+    steering ratio.
     `side_force_s` are the seconds of lateral force clearly to the left and to the right, which load the left and the
     right flank of the play; of the joint method.
     `missing_loading_s` are the seconds of lateral force to the left and to the right that the joint method still needs

@@ -11,6 +11,7 @@ from oncenter.memory.truck import Load, PastDrive, Remembered, TruckMemory
 from oncenter.offset.answer import Answer
 from oncenter.offset.inputs import params_of
 from oncenter.signals import DEGREE
+from oncenter.tuned import PRIORS
 from oncenter.vehicle import Vehicle
 
 # Ageing of remembered values: standard deviations of random walks, per root of a day. Tuned, without a bench on record.
@@ -29,7 +30,6 @@ _ANOTHER_LOAD_SD, _ANOTHER_LOAD_SHARE = 3.0, 0.1  # a gradient beyond both limit
 _LOADS_MAX, _DRIVES_MAX = 8, 50
 _LIFTS = ("6x2",)  # axle layouts whose wheelbase changes when an axle is lifted
 _CONTRADICTS = 3.0  # sd of the remembered value, beyond which a wider result replaces it
-_MODEL_GRADIENT = (0.4 * DEGREE, 0.4 * DEGREE)  # mean and sd of the core's own prior, core/joint/joint_model.h
 
 
 def priors(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> dict[str, float]:
@@ -145,7 +145,7 @@ def _gradient_of_next(memory: TruckMemory, at_s: float) -> Remembered | None:
     if not memory.loads:
         return None
     aged = [(load.drives, load.gradient.aged(at_s, _GRADIENT_WALK)) for load in memory.loads]
-    parts = [*((count, remembered.value, remembered.sd) for count, remembered in aged), (1, *_MODEL_GRADIENT)]
+    parts = [*((count, remembered.value, remembered.sd) for count, remembered in aged), (1, *PRIORS["GRADIENT"])]
     drives = sum(count for count, _, _ in parts)
     mean = sum(count * value for count, value, _ in parts) / drives
     variance = sum(count * (sd**2 + (value - mean) ** 2) for count, value, sd in parts) / drives
@@ -163,7 +163,7 @@ def _with_gradient(
         given.get("known_understeer_gradient_rad_m_s2"),
         given.get("known_understeer_gradient_sd_rad_m_s2"),
     )
-    mean, sd = _MODEL_GRADIENT if prior[0] is None or not prior[1] else (prior[0], prior[1])
+    mean, sd = PRIORS["GRADIENT"] if prior[0] is None or not prior[1] else (prior[0], prior[1])
     found = result.without(Remembered(mean, sd, start_s))
     if found is None:
         return memory.loads

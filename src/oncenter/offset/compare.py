@@ -17,11 +17,11 @@ from typing import Any, Literal, NoReturn
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.regular_file import read_regular_file
-from oncenter.offset.answer import Answer
+from oncenter.offset.answer import SCHEMAS, Answer
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 
 State = Literal["successful", "unchanged", "wrong_direction", "not_successful", "within_limit", "undecided"]
-_SCHEMAS = ("oncenter/offset-1", "oncenter/offset-2")
+_SCHEMAS = tuple(f"oncenter/{schema}" for schema in SCHEMAS)
 _VARIES = "mean_wind"  # of the causes the one that differs from drive to drive
 _BYTES_MAX = 16 << 20  # of an answer's file; one with a hundred changes and findings has 60 kB
 

@@ -19,7 +19,7 @@ from oncenter.plausibility.zeros import (
 )
 from oncenter.signals import DEGREE
 
-# Smallest values that are reported; tuned, since a healthy truck shows less.
+# Minimum values that are reported; tuned, since a healthy truck shows less.
 _OFFSET_REPORTED_FROM_DEG = 2.5  # Table 1: hysteresis of a healthy sensor
 _MISSING_REPORTED_FROM = 0.05  # of the duration
 _FAULTS = {

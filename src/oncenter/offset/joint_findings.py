@@ -19,7 +19,7 @@ from oncenter.signals import DEGREE, STANDARD_GRAVITY
 from oncenter.tuned import TUNED
 from oncenter.vehicle import Vehicle
 
-# Smallest values that are reported; tuned.
+# Minimum values that are reported; tuned.
 _NEUTRAL_REPORTED_FROM_M_S2 = 0.1  # half a usual crown
 _BANK_MOVED_M_S2 = 0.35  # between two minutes' means: bench/effects.py, rows `none` and `accelerometer_drift`
 _OFFSET_CORRECTED_DEG = 0.5  # a sender that corrects its angle itself ends this near to zero

@@ -14,7 +14,7 @@ from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 _NEARLY_STRAIGHT_1_M = 1 / 500
 YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # a larger one is corrected as well, but the sensor needs a check
-# Smallest values that are reported; tuned, since a healthy truck shows less.
+# Minimum values that are reported; tuned, since a healthy truck shows less.
 _YAW_RATE_BIAS_REPORTED_FROM_RAD_S = 0.05 * DEGREE
 _VDC2_ZERO_RAD_S = (32127 - 32112.64) / 8192  # SPN 1808 of a sender whose zero is raw 32127
 _VDC2_ZERO_WITHIN_RAD_S = 0.015 * DEGREE  # two bits of 1/8192 rad/s

@@ -16,7 +16,7 @@ def frames_of_log(
     progress: Callable[[float], None],
     wanted: Wanted | None = None,
 ) -> Iterator[Frames]:
-    """Reads in this process, with the library for that format.
+    """Reads in this process.
 
     Args:
         path: a log of one of `log_formats.OF_FRAMES`.

@@ -16,6 +16,7 @@ from oncenter.read.as_signals import as_signals
 from oncenter.read.cut_off import short_frames_notes
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Kept, keep, with_groups
+from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.plugins import known_format, plugin_for, read_plugin
 from oncenter.read.samples import Samples
 from oncenter.read.wording import cannot_read
@@ -86,7 +87,7 @@ def _from_bus(
     both = replace(wanted, pgns=wanted.pgns | others)
     decoded: list[Samples] = []
     if log_format.content == "frames":
-        kept = keep(imported(log_format.reader)(path, notes, progress), both)
+        kept = keep(frames_of_log(path, notes, progress), both)
     else:
         kept, decoded = imported(log_format.reader)(path, names, both, notes, progress)
     of_truck = with_groups(kept.frames, identity.PGNS)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from oncenter import _core
 from oncenter.signals import DEGREE
+from oncenter.tuned import PRIORS
 
 
 @dataclass(frozen=True)
@@ -15,7 +16,7 @@ class Priors:
     bench/trucks.py, which no published figure uses.
 
     Attributes:
-        play_mean_rad, play_sd_rad: joint_model.h's WIDTH.
+        play_mean_rad, play_sd_rad: the joint model's WIDTH.
         gradient_mean_rad_m_s2, load_spread_1: of K before the first drive, and between a truck's loads, a share of it.
         compliance_share_1: of K, from steering compliance under the king pins' moment (bench/population.py).
         crown_of_truck_sd_m_s2: of the mean of a truck's roads; crown_sd_m_s2 is of one drive's.
@@ -34,9 +35,9 @@ class Priors:
     crown_sd_m_s2: float
     standing_crown_share_1: float
     standing_slope_sd_m_s2: float
-    play_mean_rad: float = 4.0 * DEGREE
-    play_sd_rad: float = 6.0 * DEGREE
-    gradient_mean_rad_m_s2: float = 0.4 * DEGREE
+    play_mean_rad: float = PRIORS["WIDTH"][0]
+    play_sd_rad: float = PRIORS["WIDTH"][1]
+    gradient_mean_rad_m_s2: float = PRIORS["GRADIENT"][0]
     load_spread_1: float = 0.25
     compliance_share_1: float = 0.35
     crown_of_truck_sd_m_s2: float = 0.03

@@ -2,6 +2,7 @@
 
 The params are in core/truck/params.{h,c} and docs/params.md; the tuned constants in the C file that uses them, in
 src/oncenter/tuned.py and in docs/tuned.md; the terms of the joint model in core/joint, in docs/method.md and in
+src/oncenter/tuned.py; what changes between two drives in core/truck/between_drives.{h,c}, in docs/many_drives.md and in
 src/oncenter/tuned.py.
 
 Needs nothing but Python, so that it also runs where the core does not compile.
@@ -157,6 +158,24 @@ def term_table() -> Iterator[str]:
         yield f"| {' | '.join(cells)} |"
 
 
+def between_names() -> Iterator[str]:
+    for name, row in table("between_drives").items():
+        yield from with_comment(f"    OC_BETWEEN_{name},", f"{row['unit']}, {row['meaning']}")
+
+
+def between_spreads() -> Iterator[str]:
+    for name, row in table("between_drives").items():
+        yield f"    [OC_BETWEEN_{name}] = {{{_c_number(row['at_ignition'])}, {_c_number(row['per_root_day'])}}},"
+
+
+def between_table() -> Iterator[str]:
+    yield "| quantity | unit | sd at an ignition | and per root of a day | source |"
+    yield "|---|---|--:|--:|---|"
+    for row in table("between_drives").values():
+        cells = (row["meaning"], row["unit"], row["at_ignition"], row["per_root_day"], row["source"])
+        yield f"| {' | '.join(cells)} |"
+
+
 def _in_si(given: str) -> str:
     number, _, unit = given.partition(" ")
     return repr(float(number) * (math.pi / 180.0 if unit == "deg" else 1.0))
@@ -172,9 +191,10 @@ BLOCKS: dict[str, dict[str, Callable[[], Iterator[str]]]] = {
     "params": {"members": members, "defaults": defaults, "ranges": ranges, "names": names},
     "terms": {"count": count, "names": term_names, "slopes": slopes, "priors": priors, "sums": sums,
               "weights": weights, "equation": equation, "table": term_table},
+    "between_drives": {"names": between_names, "spreads": between_spreads, "table": between_table},
 }  # fmt: skip
 BLOCK = re.compile(
-    r"(?ms)^( *(?:/\*|<!--) (?:Tuned, in )?(params|tuned|terms)\.toml: (\w+) (?:\*/|-->))$"
+    r"(?ms)^( *(?:/\*|<!--) (?:Tuned, in )?(params|tuned|terms|between_drives)\.toml: (\w+) (?:\*/|-->))$"
     r".*?^( *(?:/\*|<!--) end (?:\*/|-->))$"
 )
 
@@ -216,11 +236,19 @@ def tuned_module() -> str:
         if "size" not in row
     ]
     priors = [f'    "{name}": ({", ".join(map(_in_si, row["prior"]))}),' for name, row in TERMS.items()]
-    about = (
-        "Numbers of the core, angles in rad. Written by docs/make_params.py from tuned.toml and terms.toml of core/."
-    )
-    constants = ["TUNED = {  # by C file and name", *rows, "}"]
-    return "\n".join([f'"""{about}"""', "", *constants, "PRIORS = {  # mean and sd of each term", *priors, "}", ""])
+    between = [
+        f'    "{name}": ({_in_si(row["at_ignition"])}, {_in_si(row["per_root_day"])}),'
+        for name, row in table("between_drives").items()
+    ]
+    lines = [
+        '"""Numbers of the core, angles in rad. Written by docs/make_params.py from the tables core/*.toml."""',
+        "",
+        *("TUNED = {  # by C file and name", *rows, "}"),
+        *("PRIORS = {  # mean and sd of each term", *priors, "}"),
+        *("BETWEEN_DRIVES = {  # sd of each quantity's change at an ignition, and per root of a day", *between, "}"),
+        "",
+    ]
+    return "\n".join(lines)
 
 
 def tuned_page() -> str:
@@ -252,7 +280,8 @@ def tuned_page() -> str:
 
 def made() -> dict[Path, str]:
     """The text of each file."""
-    files = [*(ROOT / "core").rglob("*.[ch]"), ROOT / "docs" / "method.md"]
+    pages = [ROOT / "docs" / name for name in ("method.md", "many_drives.md")]
+    files = [*(ROOT / "core").rglob("*.[ch]"), *pages]
     texts = {path: path.read_text(encoding="utf-8") for path in files}
     return {path: with_rows(text) for path, text in texts.items() if BLOCK.search(text)} | {
         ROOT / "docs" / "params.md": page(),

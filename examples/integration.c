@@ -34,7 +34,7 @@ oc_error run_monitor(const oc_vehicle *vehicle, double offset_max) {
     }
     uint32_t sequence;
     (void)oc_restore_newest(&state, &coefficients, ecu_slot(0), ecu_slot(1), SLOT_BYTES, &sequence);
-    oc_restart(&state); /* the ignition was off */
+    oc_restart(&state, 0.0); /* the ignition was off */
 
     oc_signals tick;
     oc_output output;

@@ -444,4 +444,4 @@ def test_a_second_of_standstill_of_a_real_car_identifies_its_bias(name: str, bia
 
 
 def test_the_state_is_small_enough_for_any_control_unit() -> None:
-    assert ffi.sizeof("oc_gyro_bias") <= 1150  # bytes, of the 16 KiB that all states may have
+    assert ffi.sizeof("oc_gyro_bias") <= 1200  # bytes, of the 16 KiB that all states may have

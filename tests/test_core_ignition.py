@@ -219,7 +219,7 @@ def test_an_ignition_is_the_same_with_and_without_a_loss_of_power(method: str, d
         assert lost.restore(kept.save()) == "ok"
         later = sliced(day, cut, len(day["time_s"])) | {"time_s": day["time_s"][: len(day["time_s"]) - cut]}
         for ecu in (kept, lost):
-            lib.oc_restart(ecu.state)
+            lib.oc_restart(ecu.state, 0.0)
             ecu.run(later)
         assert kept.values() == lost.values()
 
@@ -232,7 +232,7 @@ def test_an_ignition_adds_more_uncertainty_to_the_gyro_than_a_loss_of_power(
         ecu = Ecu()
         assert ecu.restore(image) == "ok"
         if restart:
-            lib.oc_restart(ecu.state)
+            lib.oc_restart(ecu.state, 0.0)
         ecu.run(sliced(day, 2_000, 2_001))
         spreads.append(math.sqrt(ecu.evidence()["gyro_bias"]["P"][0, 0, 0]))
     assert spreads[0] < spreads[1]

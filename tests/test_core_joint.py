@@ -278,7 +278,8 @@ def test_the_chunks_of_a_drive_do_not_matter() -> None:
 
 
 def test_an_ignition_during_a_drive_loses_a_few_seconds() -> None:
-    """A second or two. A suspected change afterwards may cost half a minute more or less."""
+    """A second or two. A suspected change afterwards may cost half a minute more or less. The truck may have changed
+    (docs/many_drives.md), so that the drive after it counts for more."""
     columns, truth = driven(CREEPING, 1)
     whole = core_for(truth)
     whole.run(columns)
@@ -290,7 +291,7 @@ def test_an_ignition_during_a_drive_loses_a_few_seconds() -> None:
             parted.run({name: column[start:end] for name, column in columns.items()})
         back = parted.answer()
         used.append(back["used"])
-        assert back["offset"]["value"] == pytest.approx(there["offset"]["value"], abs=0.05 * DEGREE)
+        assert back["offset"]["value"] == pytest.approx(there["offset"]["value"], abs=0.1 * DEGREE)
     assert min(used) > 0.93 * there["used"] and max(used) > 0.99 * there["used"]
 
 

@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x6C5DF538u;
+static const uint32_t layout_hash = 0x0620A9A5u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 4),
@@ -44,15 +44,15 @@ static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, evidence.gyro_bias.x[0], 72), FLOATS(oc_state, evidence.gyro_bias.past.used_s, 17),
     DOUBLES_OF_EACH(oc_state, evidence.gyro_bias.axles[0].weight, 18, evidence.gyro_bias.axles),
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
-    DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 18), INTEGERS(oc_state, evidence.gyro_bias.due, 6),
+    DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 24), INTEGERS(oc_state, evidence.gyro_bias.due, 8),
     ENUMS(oc_state, evidence.gyro_bias.status, 1), DOUBLES(oc_state, evidence.wheel_speed.difference, 3),
-    INTEGERS(oc_state, evidence.joint.started, 15), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 28),
+    INTEGERS(oc_state, evidence.joint.started, 17), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 29),
     DOUBLES(oc_state, evidence.joint.speed_mean, 3),
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
     FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),
-    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 243, evidence.joint.hypotheses),
-    INTEGERS_OF_EACH(oc_state, evidence.joint.hypotheses[0].wanders, 1, evidence.joint.hypotheses),
+    FLOATS_OF_EACH(oc_state, evidence.joint.hypotheses[0].play.half_width, 244, evidence.joint.hypotheses),
+    INTEGERS_OF_EACH(oc_state, evidence.joint.hypotheses[0].wanders, 2, evidence.joint.hypotheses),
     INTEGERS(oc_state, evidence.torque.started, 4), FLOATS(oc_state, evidence.torque.filling.torque, 23),
     DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12), ENUMS(oc_state, evidence.fault.fault, 1),
     FLOATS(oc_state, evidence.fault.confidence, 3), INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1),

@@ -1,5 +1,6 @@
 #include <math.h>
 
+#include "between_drives.h"
 #include "bounds.h"
 #include "hypothesis.h"
 #include "joint_model.h"
@@ -7,6 +8,10 @@
 /* Derived. */
 static const float variance_min = 7.6e-7f;     /* rad^2, (0.05 deg)^2: model error, limit of single precision */
 static const float probation_cost = 16.0f; /* score_second's maximum of 8, twice, so that two outliers do not decide */
+
+/* Tuned, in tuned.toml: hypothesis */
+static const float walk_sd = 0.8f * 0.017453292f; /* rad: random walk of an offset that walks, in a minute */
+/* end */
 
 void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double steering_ratio,
                          double ratio_times_wheelbase, float pull_sd) {
@@ -137,6 +142,10 @@ bool oc_hypothesis_is_on_probation(const oc_hypothesis *h, const oc_second *seco
     return h->age <= second->probation_s && second->used_s > second->probation_s;
 }
 
+bool oc_hypothesis_counts(const oc_hypothesis *h, const oc_second *second) {
+    return (h->walks == 0 || h->walks == OC_WALK_PROVED) && !oc_hypothesis_is_on_probation(h, second);
+}
+
 float oc_hypothesis_noise(const oc_hypothesis *h) {
     return h->variance * oc_max(oc_max(h->blocks.factor, h->long_blocks.factor), 1.0f);
 }
@@ -242,6 +251,12 @@ static void add_process_noise(oc_hypothesis *h, int32_t term, float by_constant,
     oc_triangle_subtract_product(h->scatter, row, share);
 }
 
+/* The same of the constant, by `variance`, rad^2. */
+static void add_noise_to_constant(oc_hypothesis *h, float variance) {
+    const float noise = oc_hypothesis_noise(h);
+    h->weight *= noise / (noise + h->weight * variance);
+}
+
 /* Random walk of the accelerometer's zero: of a_0, and of the constant by -i K times that. */
 static void wander(oc_hypothesis *h, const oc_hypothesis_design *design) {
     const float scale = design->scale[UNLOADING];
@@ -253,6 +268,9 @@ void oc_hypothesis_take_in(oc_hypothesis *h, const oc_hypothesis_design *design,
                            int32_t samples) {
     if (h->wanders) {
         wander(h, design);
+    }
+    if (h->walks) {
+        add_noise_to_constant(h, walk_sd * walk_sd * second->second_s / 60.0f);
     }
     regress(h, design, second, samples);
     if (second->block_ends) {
@@ -272,6 +290,25 @@ void oc_hypothesis_shift_offset(oc_hypothesis *h, float by, float seconds) {
     h->constant += by;
     h->offset += by;
     h->weight = seconds;
+}
+
+/* rad or m/s^2 in units of a term's prior, as a variance */
+static float in_units(const oc_hypothesis_design *design, int32_t term, float variance) {
+    return variance / (design->scale[term] * design->scale[term]);
+}
+
+void oc_hypothesis_change_between_drives(oc_hypothesis *h, const oc_hypothesis_design *design, float off_s) {
+    const float per_unloading = -design->steering_ratio * oc_max(h->gradient, 0.0f) * design->scale[UNLOADING];
+    const float unloading = oc_variance_between_drives(OC_BETWEEN_ACCELEROMETER_ZERO, off_s) +
+                            oc_variance_between_drives(OC_BETWEEN_PULL, off_s);
+    add_process_noise(h, UNLOADING, per_unloading, in_units(design, UNLOADING, unloading));
+    const float play = oc_variance_between_drives(OC_BETWEEN_PLAY, off_s);
+    add_process_noise(h, WIDTH, 0.0f, in_units(design, WIDTH, play));
+    const float wheelbase = oc_variance_between_drives(OC_BETWEEN_WHEELBASE, off_s);
+    add_process_noise(h, WHEELBASE, 0.0f, in_units(design, WHEELBASE, wheelbase));
+    const float gradient = oc_variance_between_drives(OC_BETWEEN_GRADIENT, off_s);
+    add_process_noise(h, GRADIENT, 0.0f, in_units(design, GRADIENT, gradient));
+    add_noise_to_constant(h, oc_variance_between_drives(OC_BETWEEN_OFFSET, off_s));
 }
 
 void oc_hypothesis_change_load(oc_hypothesis *h) {

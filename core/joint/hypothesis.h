@@ -65,6 +65,8 @@ typedef struct {
     float of[OC_OF_COUNT];
 } oc_variances;
 
+enum { OC_WALK_SETTLED = 4, OC_WALK_PROVED };
+
 typedef struct {
     oc_play play;
     oc_places places;
@@ -93,12 +95,15 @@ typedef struct {
     float wheelbase;                     /* l, share */
     float unloading;                     /* m/s^2, a_0 */
     float age;                           /* s of driving in its evidence */
+    float began;                         /* rad, the offset where its walk began */
     float left_before, right_before;     /* s on either flank before its start */
     float offset_covariance[OC_OF_OFFSET]; /* covariances of the offset with the others */
     float set_up_variance;               /* rad^2, of the offset, in addition: by an axle set up for the crown */
     float pull_variance;                 /* rad^2, of the offset, in addition: by pull and wind */
     oc_variances variances;              /* squares of the units above, and of the width's, rad */
     int32_t wanders;                     /* 1: models the accelerometer's zero, and so a_0, as a random walk */
+    int32_t walks;                       /* not 0: models the offset as a random walk: a sensor that slips; long blocks
+                                          * since it began, up to OC_WALK_SETTLED, or OC_WALK_PROVED */
 } oc_hypothesis;
 
 /* A second's context, the same for all hypotheses. The noise keeps changing while equations are solved. */
@@ -160,6 +165,9 @@ void oc_hypothesis_relinearise(oc_hypothesis *hypothesis, const oc_hypothesis_de
 
 bool oc_hypothesis_is_on_probation(const oc_hypothesis *hypothesis, const oc_second *second);
 
+/* Whether it is in the answer: not on probation, and if its offset walks, proved to. */
+bool oc_hypothesis_counts(const oc_hypothesis *hypothesis, const oc_second *second);
+
 /* exp(-x) by (1 + x/32)^-32, accurate enough for a weight; x > -32. */
 float oc_likelihood(float x);
 
@@ -175,6 +183,9 @@ void oc_hypothesis_shift_offset(oc_hypothesis *hypothesis, float by, float secon
 
 /* Bends need another angle from now on: adds process noise to gradient and wheelbase. */
 void oc_hypothesis_change_load(oc_hypothesis *hypothesis);
+
+/* A new drive, after `off_s` seconds without ignition: adds what may have changed (between_drives.h). */
+void oc_hypothesis_change_between_drives(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, float off_s);
 
 /* Shared by hypothesis.c, which gathers evidence, and hypothesis_equations.c, which solves it: */
 

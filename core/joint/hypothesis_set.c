@@ -12,6 +12,12 @@ static const float one_degree = 0.017453292f; /* rad, pi/180 */
 static const float same_place = 0.1f * 0.017453292f; /* rad: maximum difference of B/2, W/2 and o of like hypotheses */
 static const float counterpart_place = 0.5f * 0.017453292f; /* rad: the same of B/2 to a counterpart */
 static const float drift_cost = 3.0f; /* initial cost of a drifting zero: odds of 1 to 20 */
+static const float walk_cost = 3.0f; /* initial cost of an offset that walks, after an alarm: odds of 1 to 20 */
+/* variance of the summed errors of a long block, over that of independent seconds, from which the offset may walk */
+static const float walk_factor = 5.0f;
+/* rad: way of an offset that walks, from which it is in the answer */
+static const float walk_min = 1.0f * 0.017453292f;
+static const float walk_proof = 12.0f; /* cost by which it must predict better than all hypotheses that stay */
 static const float single_until_s = 300.0f; /* s: used driving until two redundant hypotheses are removed at a time */
 static const float frequent_until_s = 600.0f; /* s: used driving until new hypotheses begin half as often, each 80 s */
 /* end */
@@ -56,7 +62,7 @@ static int32_t best_of(const oc_joint *joint) {
     int32_t best = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (!oc_hypothesis_is_on_probation(h, &joint->second) &&
+        if (oc_hypothesis_counts(h, &joint->second) &&
             h->cost + h->prior_cost < joint->hypotheses[best].cost + joint->hypotheses[best].prior_cost) {
             best = k;
         }
@@ -69,7 +75,7 @@ static bool are_alike(const oc_hypothesis *a, const oc_hypothesis *b) {
     return fabsf(a->play.half_width - b->play.half_width) < same_place &&
            fabsf(a->play.windup - b->play.windup) < same_place && fabsf(a->offset - b->offset) < same_place &&
            (a->play.friction < 0.0f) == (b->play.friction < 0.0f) &&
-           a->wanders == b->wanders;
+           a->wanders == b->wanders && a->walks == b->walks;
 }
 
 /* The worst hypothesis if it is to be rejected, else one like the best; -1: none. */
@@ -77,7 +83,7 @@ static int32_t redundant(const oc_joint *joint) {
     int32_t worst = joint->best;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (!oc_hypothesis_is_on_probation(h, &joint->second) && h->cost > joint->hypotheses[worst].cost) {
+        if (oc_hypothesis_counts(h, &joint->second) && h->cost > joint->hypotheses[worst].cost) {
             worst = k;
         }
     }
@@ -86,7 +92,7 @@ static int32_t redundant(const oc_joint *joint) {
     }
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (k != joint->best && !oc_hypothesis_is_on_probation(h, &joint->second) &&
+        if (k != joint->best && oc_hypothesis_counts(h, &joint->second) &&
             are_alike(h, &joint->hypotheses[joint->best])) {
             return k;
         }
@@ -116,7 +122,8 @@ static bool has_counterpart(const oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (h->wanders != best->wanders && h->cost < best->cost + (float)OC_JOINT_REJECT_COST &&
+        if (h->wanders != best->wanders && h->walks == best->walks &&
+            h->cost < best->cost + (float)OC_JOINT_REJECT_COST &&
             fabsf(h->play.half_width - best->play.half_width) < counterpart_place) {
             return true;
         }
@@ -136,6 +143,28 @@ static void start_counterpart(oc_joint *joint) {
     h->cost += h->wanders ? drift_cost : 0.0f;
 }
 
+/* Whether the offset walks is decided after an alarm, or where the errors of a long block have one sign. A
+ * hypothesis that says so costs time, so that a drive without such a sign has none. */
+static void start_walker(oc_joint *joint) {
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    const bool errs = best->long_blocks.factor > walk_factor && !best->wanders;
+    if (!(joint->alarmed || errs) || joint->count == OC_JOINT_HYPOTHESES) {
+        return;
+    }
+    joint->alarmed = 0;
+    for (int32_t k = 0; k < joint->count; ++k) {
+        if (joint->hypotheses[k].walks) {
+            return;
+        }
+    }
+    oc_hypothesis *h = &joint->hypotheses[joint->count];
+    ++joint->count;
+    *h = joint->hypotheses[joint->best];
+    h->walks = 1;
+    h->long_blocks.factor = h->blocks.factor;
+    h->cost += walk_cost;
+}
+
 /* Starts a new hypothesis at intervals, later half as often, since all early ones may have converged to a wrong play.
  * Removes one redundant hypothesis each time, later two. */
 static void replace_redundant(oc_joint *joint, const oc_known_truck *known) {
@@ -146,9 +175,10 @@ static void replace_redundant(oc_joint *joint, const oc_known_truck *known) {
         const oc_play play = later_start_of(joint->next_start, known);
         oc_hypothesis *h = &joint->hypotheses[replaced >= 0 ? replaced : joint->count++];
         joint->next_start = (joint->next_start + 1) % OC_JOINT_LATER_STARTS;
-        const int32_t wanders = joint->hypotheses[joint->best].wanders;
+        const int32_t wanders = joint->hypotheses[joint->best].wanders, walks = joint->hypotheses[joint->best].walks;
         oc_hypothesis_start(h, &play, (double)joint->hypotheses[joint->best].places.inner);
         h->wanders = wanders;
+        h->walks = walks;
         h->left_before = flank_time_before(joint->loaded_left_s);
         h->right_before = flank_time_before(joint->loaded_right_s);
     } else {
@@ -157,7 +187,28 @@ static void replace_redundant(oc_joint *joint, const oc_known_truck *known) {
     if (later) {
         remove_hypothesis(joint, redundant(joint));
     }
+    start_walker(joint);
     start_counterpart(joint);
+}
+
+/* At the end of a long block: a walk is proved where it went far, and predicts much better than all that stay. In its
+ * first blocks it catches up with what was slow before. */
+static void prove_walk(const oc_joint *joint, oc_hypothesis *h) {
+    if (h->walks < OC_WALK_SETTLED) {
+        h->began = h->offset;
+        ++h->walks;
+    } else if (fabsf(h->offset - h->began) > walk_min && h->cost + walk_proof < joint->second.best_cost) {
+        h->walks = OC_WALK_PROVED;
+    }
+}
+
+static void prove_walks(oc_joint *joint) {
+    for (int32_t k = 0; k < joint->count; ++k) {
+        oc_hypothesis *h = &joint->hypotheses[k];
+        if (h->walks != 0 && h->walks != OC_WALK_PROVED) {
+            prove_walk(joint, h);
+        }
+    }
 }
 
 float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design) {
@@ -175,6 +226,7 @@ void oc_joint_end_second(oc_joint *joint, const oc_joint_design *design) {
     second->used_s += second->second_s;
     second->probation_s = oc_clamp(0.05f * second->used_s, 60.0f, 600.0f);
     if (second->long_block_ends) {
+        prove_walks(joint);
         replace_redundant(joint, &design->hypothesis.known);
     }
     second->blocks += second->block_ends;

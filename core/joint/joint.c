@@ -81,6 +81,26 @@ void oc_joint_restart(oc_joint *joint, oc_joint_tracking *tracking) {
     *tracking = (oc_joint_tracking){0};
 }
 
+void oc_joint_ignition(oc_joint *joint, oc_joint_tracking *tracking, float off_s) {
+    oc_joint_restart(joint, tracking);
+    if (joint->started) {
+        ++joint->ignitions;
+        joint->off_s += oc_max(off_s, 0.0f);
+    }
+}
+
+static void change_between_drives(oc_joint *joint, const oc_joint_design *design) {
+    if (joint->ignitions == 0) {
+        return;
+    }
+    for (int32_t k = 0; k < joint->count; ++k) {
+        oc_hypothesis_change_between_drives(&joint->hypotheses[k], &design->hypothesis, joint->off_s);
+    }
+    joint->ignitions = 0;
+    joint->off_s = 0.0f;
+    joint->solves_all = 1;
+}
+
 /* A standstill changes neither place in the play nor heading, so the round continues. */
 static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                              const oc_joint_tick *tick, double bank) {
@@ -91,6 +111,7 @@ static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const
     if (lost) {
         oc_joint_restart(joint, tracking); /* a hole only sets `lost` */
         reset_places(joint, tick->angle);
+        change_between_drives(joint, design);
         joint->lost = 0;
         tracking->wound = tracking->inner = (float)tick->angle;
     }
@@ -105,6 +126,10 @@ static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const
 
 bool oc_joint_wanders(const oc_joint *joint) {
     return joint->hypotheses[joint->best].wanders != 0;
+}
+
+bool oc_joint_walks(const oc_joint *joint) {
+    return joint->hypotheses[joint->best].walks != 0;
 }
 
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
@@ -207,6 +232,7 @@ static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking,
     const oc_change change = oc_change_update(&joint->watch, best->error, tracking->min_error,
                                               sqrtf(joint->second.reference), tracking->collected.curvature,
                                               joint->second.weight);
+    joint->alarmed = joint->alarmed || change.seconds > 0.0f;
     if (change.kind != OC_CHANGE_NONE) {
         oc_joint_note_change(joint, &change, last_offset, time - change.seconds);
     }
@@ -301,10 +327,10 @@ bool oc_joint_standstill(oc_joint *joint, oc_joint_tracking *tracking, const oc_
     return tracking->due == 0 && joint->solves_all;
 }
 
-/* The minimum over the old hypotheses: an error that not all of them have is no change of the truck. A young one may
- * have adapted to the change already. */
+/* The minimum over the old hypotheses: an error that not all of them have is no change of the truck. A young one, or
+ * one whose offset walks, may have adapted to the change already. */
 static void note_min_error(const oc_joint *joint, oc_joint_tracking *tracking, const oc_hypothesis *h) {
-    if (h->age > settled_age_s && h->cost < joint->second.best_cost + (float)OC_JOINT_REJECT_COST &&
+    if (!h->walks && h->age > settled_age_s && h->cost < joint->second.best_cost + (float)OC_JOINT_REJECT_COST &&
         fabsf(h->error) < fabsf(tracking->min_error)) {
         tracking->min_error = h->error;
     }

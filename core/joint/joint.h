@@ -99,8 +99,11 @@ typedef struct {
     int32_t in_block, in_long_block;
     int32_t lost;                /* place in the play and heading are unknown */
     int32_t solves_all;          /* after a correction: all hypotheses solve in the next round */
+    int32_t ignitions;           /* since the last tick */
+    int32_t alarmed;             /* a change was suspected for long: the offset may walk */
     int32_t changes;             /* number found; the last OC_CHANGES_MAX are kept */
     oc_second second;            /* context of the next whole second */
+    float off_s;                 /* ignition off since the last tick */
     float along, across;         /* cosine and sine of the heading, from when it was last lost */
     float loaded_left_s, loaded_right_s; /* s of lateral force beyond friction, on either side of a_0 */
     oc_change_watch watch;
@@ -127,8 +130,12 @@ typedef struct {
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
                     double ratio_times_wheelbase, float pull_sd, bool measures_bank, double memory_s);
 
-/* Ignition: place in the play and heading are unknown. The next round makes the corrections of an interrupted one. */
+/* A hole: place in the play and heading are unknown. The next round makes the corrections of an interrupted one. */
 void oc_joint_restart(oc_joint *joint, oc_joint_tracking *tracking);
+
+/* Ignition after `off_s` seconds, 0 or less where unknown: the same, and from the next tick on the truck may have
+ * changed. */
+void oc_joint_ignition(oc_joint *joint, oc_joint_tracking *tracking, float off_s);
 
 /* The next tick. After ignition, hole or standstill `running` is 0; after ignition or hole `lost` is set, too. True
  * when a second is collected: then begin a round. */
@@ -158,6 +165,9 @@ void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_est
 
 /* Whether the best hypothesis models the accelerometer's zero as a random walk. */
 bool oc_joint_wanders(const oc_joint *joint);
+
+/* Whether the best hypothesis models the offset as a random walk. */
+bool oc_joint_walks(const oc_joint *joint);
 
 /* m^2/s^2, c of the axles that resist turning. Smaller where a short wheelbase shows that the tag axle is up. */
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design);

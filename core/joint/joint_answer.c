@@ -17,6 +17,7 @@ static const float flank_sure_s = 60.0f; /* s: load on each flank that is sure *
 static const float offset_error = 0.04f * 0.017453292f; /* rad: sd of the offset by model mismatch */
 static const float unloading_error = 0.006f; /* m/s^2: sd of a_0 by compliance of the steering */
 static const float gradient_share_sd = 0.7f; /* sd of K over K without an accelerometer */
+static const float walk_step = 0.5f * 0.017453292f; /* rad: sd of the offset by the next step of one that walks */
 static const float moment_s = 1.0f; /* s: load on a flank after which a found play needs no more */
 /* end */
 
@@ -100,7 +101,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     float per_acceleration = 0.0f;
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
-        if (oc_hypothesis_is_on_probation(h, &joint->second)) {
+        if (!oc_hypothesis_counts(h, &joint->second)) {
             continue;
         }
         const float per = flank_rate(h);
@@ -120,7 +121,8 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
             const float product = (values[OC_OF_OFFSET] - about[OC_OF_OFFSET]) * (values[quantity] - about[quantity]);
             answer->offset_covariance[quantity] += weight * (product + h->offset_covariance[quantity]);
         }
-        of[OC_OF_OFFSET].variances += 0.25f * unloaded;
+        const float next_step = h->walks ? walk_step : 0.0f;
+        of[OC_OF_OFFSET].variances += 0.25f * unloaded + weight * next_step * next_step;
         of[OC_OF_WIDTH].variances += unloaded;
         const bool rarer_right = joint->loaded_left_s > joint->loaded_right_s;
         answer->offset_covariance[OC_OF_WIDTH] -= rarer_right ? 0.5f * unloaded : -0.5f * unloaded;

@@ -70,6 +70,8 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->yaw_rate_bias_alarm_time = now->gyro_bias.alarm_time;
     answer->wheel_radius_mismatch_rear = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_REAR);
     answer->wheel_radius_mismatch_front = oc_gyro_bias_mismatch(&now->gyro_bias, &c->params, OC_AXLE_FRONT);
+    answer->leaked_rear = oc_gyro_bias_leaked(&now->gyro_bias, OC_AXLE_REAR);
+    answer->leaked_front = oc_gyro_bias_leaked(&now->gyro_bias, OC_AXLE_FRONT);
     answer->standstill_lateral_acceleration = oc_standstill_lateral_acceleration(&now->standstill, c->tick_s, time_min);
     answer->loaded_left_s = (double)now->joint.loaded_left_s;
     answer->loaded_right_s = (double)now->joint.loaded_right_s;
@@ -84,6 +86,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->bank_low = now->bank_watch.low;
     answer->bank_high = now->bank_watch.high;
     answer->accelerometer_wanders = jointly && oc_joint_wanders(&now->joint);
+    answer->offset_walks = jointly && oc_joint_walks(&now->joint);
     answer->accelerometer_runs_away = oc_bank_watch_drifts(&now->bank_watch);
     answer->duration = ticks * c->tick_s;
     answer->used = used * c->tick_s;

@@ -4,6 +4,8 @@
 #include "methods.h"
 
 /* Tuned, in tuned.toml: joint_verdict */
+/* rad/s: sd of the offset after a tyre lost air, as an error of the yaw rates until it was noticed */
+static const float leak_bias = 0.035f * 0.017453292f;
 static const float play_min = 0.5f * 0.017453292f; /* rad: play from which on two flanks, and so a_0, are observable */
 static const float recent_share = 0.0125f; /* 1/s: weight of a second in the recent offset: 80 s */
 static const float of_movement = 1.25f; /* sd of a moving offset over its recent movement */
@@ -40,6 +42,12 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
         const float by_bank = found.parts.per_acceleration * oc_torque_bank_sd(&evidence->torque, &c->torque);
         found.parts.drive_sd = root_sum_square(found.parts.drive_sd, by_bank);
         found.of[OC_OF_OFFSET].sd = root_sum_square(found.of[OC_OF_OFFSET].sd, by_bank);
+    }
+    if (evidence->gyro_bias.leaking != 0) {
+        const double per_bias = c->ratio_times_wheelbase / evidence->joint.speed_mean;
+        const float by_leak = (float)per_bias * leak_bias;
+        found.parts.drive_sd = root_sum_square(found.parts.drive_sd, by_leak);
+        found.of[OC_OF_OFFSET].sd = root_sum_square(found.of[OC_OF_OFFSET].sd, by_leak);
     }
     /* unmodelled play looks like oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
     const bool understeers = found.of[OC_OF_GRADIENT].value > 0.0f;

@@ -8,11 +8,11 @@ void oc_init(oc_state *state) {
     *state = (oc_state){0};
 }
 
-void oc_restart(oc_state *state) {
-    oc_joint_restart(&state->evidence.joint, &state->tracking.joint);
+void oc_restart(oc_state *state, double elapsed_s) {
+    oc_joint_ignition(&state->evidence.joint, &state->tracking.joint, (float)elapsed_s);
     state->tracking = (oc_tracking){0};
     state->evidence.standstill.still_ticks = 0;
-    oc_gyro_bias_restart(&state->evidence.gyro_bias);
+    oc_gyro_bias_restart(&state->evidence.gyro_bias, elapsed_s);
 }
 
 static void set_yaw_rate_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_params *p) {

@@ -157,6 +157,7 @@ typedef struct {
     double yaw_rate_bias_wheel_time;       /* s of wheel speeds in it; 0: standstill alone */
     double yaw_rate_bias_alarm_time;       /* s during which it changed faster than the filter follows */
     oc_estimate wheel_radius_mismatch_rear, wheel_radius_mismatch_front; /* r_l/r_r - 1 */
+    double leaked_rear, leaked_front;      /* change of r_l/r_r in this drive by a tyre that loses air; 0: none */
     oc_estimate standstill_lateral_acceleration; /* m/s^2: bias plus slope of the ground */
     double loaded_left_s, loaded_right_s;     /* s of lateral force that loaded a flank; joint method */
     double lacking_to_left, lacking_to_right; /* s of lateral force that the flanks still need; joint method */
@@ -166,6 +167,7 @@ typedef struct {
     double bank_time;                      /* s in it */
     double bank_low, bank_high;            /* m/s^2, minimum and maximum of its minutes; 0: less than one minute */
     int32_t accelerometer_wanders;         /* the joint method models its zero as a random walk */
+    int32_t offset_walks;                  /* the joint method models the offset as a random walk: the sensor slips */
     int32_t accelerometer_runs_away;       /* minutes differ by more than roads bank: its zero drifts */
     double duration, used, unused;         /* s; duration = used + unused */
     double rejected[OC_REASON_COUNT];      /* s by reason bit; window includes pending ticks */
@@ -186,8 +188,9 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
 
 void oc_init(oc_state *state);
 
-/* Ignition, or the next log: tracking is lost, evidence stays, time may start at any value. */
-void oc_restart(oc_state *state);
+/* Ignition, or the next log: tracking is lost, time may start at any value. Evidence stays, less certain by what may
+ * change while the ignition is off (between_drives.h). elapsed_s: that time; 0 or negative: unknown. */
+void oc_restart(oc_state *state, double elapsed_s);
 
 void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *tick, oc_output *output);
 

@@ -28,6 +28,13 @@ static const float cusum_limit = 8.0f; /* sd: sum that raises an alarm */
 static const double cusum_clip = 4.0; /* sd: maximum of an innovation in the sum */
 static const double alarm_bias = 0.0035; /* rad/s: sd that an alarm adds to the bias, 0.2 deg/s */
 static const double alarm_mismatch = 0.0005; /* sd that an alarm adds to the mismatch of the radii */
+/* change of one axle's mismatch against the other's that a leaking tyre causes */
+static const double leak_min = 0.0006;
+static const double leak_wander = 0.0005; /* random walk of a leaking axle's mismatch in a minute */
+static const double unchanged_sd = 0.0002; /* sd of the other axle's mismatch since it was identified */
+/* sd of the difference of both axles' mismatches, from which it is identified */
+static const double difference_sd = 0.0002;
+static const double identified_s = 60.0; /* s: wheel speeds until then */
 static const double alarm_radii_share = 0.1; /* of bias and drift, where the radii changed */
 static const double alarm_variance_factor = 1.5; /* variance at which an alarm ends, over the one before it */
 static const double alarm_s_min = 15.0; /* s: minimum length of an alarm */
@@ -66,8 +73,9 @@ void oc_gyro_bias_setup(oc_gyro_bias_design *design, const oc_vehicle *vehicle, 
     }
 }
 
-void oc_gyro_bias_restart(oc_gyro_bias *state) {
+void oc_gyro_bias_restart(oc_gyro_bias *state, double off_s) {
     state->running = 0;
+    state->off_s = off_s > 0.0 ? state->off_s + off_s : state->off_s;
 }
 
 static void reset_block(oc_gyro_bias *state) {
@@ -78,7 +86,24 @@ static void reset_block(oc_gyro_bias *state) {
     }
 }
 
-/* The first tick since power-on sets the priors; the first since ignition adds variance to the bias. */
+/* A new drive: bias and radii may have changed. Their covariances stay, so that a radius that has changed does not look
+ * like a bias. */
+static void change_bias_and_radii(oc_gyro_bias *state, const oc_params *p) {
+    const float off_s = (float)state->off_s;
+    state->P[BIAS][BIAS] += squared(p->gyro_bias_ignition_sd_rad_s) +
+                            (double)oc_variance_between_drives(OC_BETWEEN_YAW_RATE_BIAS, off_s);
+    for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) { /* a mismatch has the changes of two wheels */
+        const int m = state_of(axle, OC_READING_MISMATCH);
+        state->P[m][m] += 2.0 * (double)oc_variance_between_drives(OC_BETWEEN_WHEEL_RADIUS, off_s);
+    }
+    for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
+        state->P[DRIFT][k] = state->P[k][DRIFT] = 0.0;
+    }
+    state->past.covariance[DRIFT] = 0.0f;
+    state->x[DRIFT] = 0.0;
+}
+
+/* The first tick since power-on sets the priors, the first since an ignition adds variance. */
 static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p, double time) {
     if (!state->started) {
         state->started = 1;
@@ -94,16 +119,13 @@ static void begin(oc_gyro_bias *state, const oc_gyro_bias_design *design, const 
             oc_gyro_reading_init(&state->axles[axle]);
         }
     } else {
-        state->P[BIAS][BIAS] += squared(p->gyro_bias_ignition_sd_rad_s);
-        for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
-            state->P[DRIFT][k] = state->P[k][DRIFT] = 0.0;
-        }
-        state->past.covariance[DRIFT] = 0.0f;
-        state->x[DRIFT] = 0.0;
+        change_bias_and_radii(state, p);
     }
+    state->off_s = 0.0;
     state->sd = sqrt(state->P[BIAS][BIAS]);
     state->P[DRIFT][DRIFT] = squared(p->gyro_bias_drift_standing_sd_rad_s2);
-    state->has_wheels = 0;
+    state->has_wheels = state->has_mismatch = state->leaking = 0;
+    state->leaked[OC_AXLE_REAR] = state->leaked[OC_AXLE_FRONT] = 0.0;
     state->lost_ticks = design->lost_ticks;
     state->running = 1;
     state->time = time;
@@ -144,6 +166,7 @@ static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
     for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
         const int m = state_of(axle, OC_READING_MISMATCH);
         state->P[m][m] += squared(p->wheel_radius_wander_sd_1) * t / 3600.0;
+        state->P[m][m] += state->leaking == axle + 1 ? squared(leak_wander) * t / 60.0 : 0.0;
     }
 }
 
@@ -291,6 +314,70 @@ static void watch_radii(oc_gyro_bias *state, double rear, double front) {
     }
 }
 
+/* Measurement update: the axle's mismatch is still the one before. */
+static void take_as_unchanged(oc_gyro_bias *state, int32_t axle) {
+    const int m = state_of(axle, OC_READING_MISMATCH);
+    double Ph[OC_GYRO_BIAS_STATES];
+    for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
+        Ph[j] = state->P[j][m];
+    }
+    const double per_variance = 1.0 / (Ph[m] + squared(unchanged_sd));
+    const double innovation = state->mismatch_before[axle] - state->x[m];
+    const float past_covariance = state->past.covariance[m];
+    for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
+        const double gain = Ph[j] * per_variance;
+        state->x[j] += gain * innovation;
+        for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
+            state->P[j][k] -= gain * Ph[k];
+        }
+    }
+    oc_past_bias_correct(&state->past, past_covariance, Ph, (float)innovation, (float)per_variance);
+}
+
+static void keep_mismatches(oc_gyro_bias *state) {
+    for (int32_t axle = 0; axle < OC_AXLE_COUNT; ++axle) {
+        state->mismatch_before[axle] = state->x[state_of(axle, OC_READING_MISMATCH)];
+    }
+    state->bias_before = state->x[BIAS];
+}
+
+static double moved_mismatch(const oc_gyro_bias *state, int32_t axle) {
+    return state->x[state_of(axle, OC_READING_MISMATCH)] - state->mismatch_before[axle];
+}
+
+/* rad/s, change of the bias if the axle's mismatch is the one before. */
+static double bias_change_with(const oc_gyro_bias *state, int32_t axle) {
+    const int m = state_of(axle, OC_READING_MISMATCH);
+    return state->x[BIAS] - state->bias_before - state->P[BIAS][m] / state->P[m][m] * moved_mismatch(state, axle);
+}
+
+/* The other axle leaves the bias where it was. */
+static int32_t leaking_axle(const oc_gyro_bias *state) {
+    const double by_rear = fabs(bias_change_with(state, OC_AXLE_REAR));
+    const double by_front = fabs(bias_change_with(state, OC_AXLE_FRONT));
+    return state->leaking != 0 ? state->leaking - 1 : by_rear < by_front ? OC_AXLE_FRONT : OC_AXLE_REAR;
+}
+
+/* Both axles' mismatches change alike with the bias, so their difference shows a radius alone. */
+static void watch_leak(oc_gyro_bias *state) {
+    const int rear = state_of(OC_AXLE_REAR, OC_READING_MISMATCH), front = state_of(OC_AXLE_FRONT, OC_READING_MISMATCH);
+    if (!state->has_mismatch) {
+        const double variance = state->P[rear][rear] + state->P[front][front] - 2.0 * state->P[rear][front];
+        state->has_mismatch = state->wheel_evidence > identified_s && variance < squared(difference_sd);
+        keep_mismatches(state);
+        return;
+    }
+    const double moved = moved_mismatch(state, OC_AXLE_REAR) - moved_mismatch(state, OC_AXLE_FRONT);
+    if (fabs(moved) < leak_min) {
+        return;
+    }
+    const int32_t leaks = leaking_axle(state);
+    take_as_unchanged(state, leaks == OC_AXLE_REAR ? OC_AXLE_FRONT : OC_AXLE_REAR);
+    state->leaking = leaks + 1;
+    state->leaked[leaks] += leaks == OC_AXLE_REAR ? moved : -moved;
+    keep_mismatches(state);
+}
+
 /* An alarm ends when no CUSUM has exceeded its limit for alarm_s_min and the bias is about as certain as before. */
 static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
     const double narrow = squared(p->gyro_bias_half_width_max_rad_s / 1.96);
@@ -330,6 +417,7 @@ static void conclude_block(oc_gyro_bias *state, const oc_params *p) {
     }
     if (axles == OC_AXLE_COUNT) {
         watch_radii(state, rear->innovation, front->innovation);
+        watch_leak(state);
     }
     watch_alarm(state, p);
     update_status(state, p);
@@ -417,6 +505,10 @@ oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params)
         .evidence = state->evidence,
         .status = state->status,
     };
+}
+
+double oc_gyro_bias_leaked(const oc_gyro_bias *state, int32_t axle) {
+    return state->leaked[axle];
 }
 
 oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *params, int32_t axle) {

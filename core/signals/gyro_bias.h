@@ -9,12 +9,16 @@
  * averages out over a second. Wheel noise in a regressor would bias T low. At standstill b alone is observable. A CUSUM
  * on the innovations detects a bias that changes faster than the filter follows.
  *
+ * A tyre that loses air changes one axle's mismatch against the other's, which shows without the bias. Then it is a
+ * hypothesis that only this axle changed: the other one gives the bias.
+ *
  * Where tyres slide the model does not hold: a wheel speed far from the gyro's prediction is ignored. Steered front
  * wheels have a speed difference smaller by the cosine of their angle, 1.5 % at 10 deg. s includes it. */
 
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "between_drives.h"
 #include "estimate.h"
 #include "gyro_reading.h"
 #include "params.h"
@@ -60,6 +64,10 @@ typedef struct {
     double time;                             /* s, of the last prediction */
     double block_time;                       /* s, end of the last whole block */
     double block_ticks;                      /* of the growing block */
+    double mismatch_before[OC_AXLE_COUNT];   /* of the radii, as identified since ignition, or at the last leak_min */
+    double bias_before;                      /* rad/s, with them */
+    double leaked[OC_AXLE_COUNT];            /* change of the mismatch since ignition by a tyre that loses air */
+    double off_s;                            /* ignition off since the last tick; 0: unknown */
     oc_still_mean still;                     /* of the growing standing block */
     double still_blocks;                     /* of this standstill */
     double evidence;                         /* s, of blocks and standstill */
@@ -71,14 +79,16 @@ typedef struct {
     int32_t started;                         /* since power-on */
     int32_t running;                         /* since ignition */
     int32_t has_wheels;                      /* since ignition */
+    int32_t has_mismatch;                    /* since ignition both axles' are identified */
+    int32_t leaking;                         /* since ignition a tyre of this axle loses air, less one; 0: of none */
     oc_status status;
 } oc_gyro_bias;
 
 void oc_gyro_bias_setup(oc_gyro_bias_design *design, const oc_vehicle *vehicle, const oc_params *params,
                         double rate_hz);
 
-/* Ignition: time may start at any value, and the bias may have changed. */
-void oc_gyro_bias_restart(oc_gyro_bias *state);
+/* Ignition after `off_s` seconds, 0 where unknown: time may start at any value, and bias and radii may have changed. */
+void oc_gyro_bias_restart(oc_gyro_bias *state, double off_s);
 
 /* One tick, later than the previous one; the valid bits mark measurements. Ignores a tick without yaw rate. */
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
@@ -92,6 +102,9 @@ oc_estimate oc_gyro_bias_get(const oc_gyro_bias *state, const oc_params *params)
 
 /* Whether the bias changed faster than the filter follows, and is not as certain again as before. */
 bool oc_gyro_bias_alarmed(const oc_gyro_bias *state);
+
+/* Change of r_l/r_r - 1 of an axle since ignition by a tyre that loses air; 0: none does. */
+double oc_gyro_bias_leaked(const oc_gyro_bias *state, int32_t axle);
 
 /* r_l/r_r - 1 of an axle, at zero lateral force. */
 oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *params, int32_t axle);

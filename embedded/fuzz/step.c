@@ -111,7 +111,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *bytes, size_t count) {
             tick.time += 1.0 / rate_hz;
         }
         if (byte_of(&from) == 77) {
-            oc_restart(&state);
+            oc_restart(&state, 0.0);
         }
         if (output.offset_status == OC_VALID && !isfinite(output.offset)) {
             abort();

@@ -274,9 +274,10 @@ class Core:
         lib.oc_init(self._state)
         self._tick, self._output = ffi.new("oc_signals *"), ffi.new("oc_output *")  # of the last step
 
-    def restart(self) -> None:
-        """Ignition, or the next log: filters are lost, evidence stays, time may start at any value."""
-        lib.oc_restart(self._state)
+    def restart(self, elapsed_s: float = 0.0) -> None:
+        """Ignition, or the next log, after `elapsed_s` seconds, 0 where unknown: filters are lost, evidence stays, less
+        certain by what may have changed; time may start at any value."""
+        lib.oc_restart(self._state, elapsed_s)
 
     def run(self, columns: Mapping[str, npt.NDArray[np.float64]], outputs: npt.NDArray[np.void] | None = None) -> None:
         """One step per row. `columns` by table name (COLUMNS), float64, shape (n,); an omitted one is missing.

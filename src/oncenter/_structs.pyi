@@ -51,6 +51,8 @@ class OcAnswer(TypedDict):
     yaw_rate_bias_alarm_time: float
     wheel_radius_mismatch_rear: OcEstimate
     wheel_radius_mismatch_front: OcEstimate
+    leaked_rear: float
+    leaked_front: float
     standstill_lateral_acceleration: OcEstimate
     loaded_left_s: float
     loaded_right_s: float
@@ -63,6 +65,7 @@ class OcAnswer(TypedDict):
     bank_low: float
     bank_high: float
     accelerometer_wanders: int
+    offset_walks: int
     accelerometer_runs_away: int
     duration: float
     used: float

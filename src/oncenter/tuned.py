@@ -1,4 +1,4 @@
-"""Numbers of the core, angles in rad. Written by docs/make_params.py from tuned.toml and terms.toml of core/."""
+"""Numbers of the core, angles in rad. Written by docs/make_params.py from the tables core/*.toml."""
 
 TUNED = {  # by C file and name
     "angle.first_pole_hz": 5.0,
@@ -69,6 +69,11 @@ TUNED = {  # by C file and name
     "gyro_bias.cusum_clip": 4.0,
     "gyro_bias.alarm_bias": 0.0035,
     "gyro_bias.alarm_mismatch": 0.0005,
+    "gyro_bias.leak_min": 0.0006,
+    "gyro_bias.leak_wander": 0.0005,
+    "gyro_bias.unchanged_sd": 0.0002,
+    "gyro_bias.difference_sd": 0.0002,
+    "gyro_bias.identified_s": 60.0,
     "gyro_bias.alarm_radii_share": 0.1,
     "gyro_bias.alarm_variance_factor": 1.5,
     "gyro_bias.alarm_s_min": 15.0,
@@ -90,9 +95,14 @@ TUNED = {  # by C file and name
     "hypothesis_equations.prior_cost_max": 8.0,
     "hypothesis_equations.two_ends_share": 0.15,
     "hypothesis_equations.set_up_odds": 18.0,
+    "hypothesis.walk_sd": 0.013962634015954637,
     "hypothesis_set.same_place": 0.0017453292519943296,
     "hypothesis_set.counterpart_place": 0.008726646259971648,
     "hypothesis_set.drift_cost": 3.0,
+    "hypothesis_set.walk_cost": 3.0,
+    "hypothesis_set.walk_factor": 5.0,
+    "hypothesis_set.walk_min": 0.017453292519943295,
+    "hypothesis_set.walk_proof": 12.0,
     "hypothesis_set.single_until_s": 300.0,
     "hypothesis_set.frequent_until_s": 600.0,
     "joint.sample_s": 0.1,
@@ -123,9 +133,11 @@ TUNED = {  # by C file and name
     "joint_answer.offset_error": 0.0006981317007977319,
     "joint_answer.unloading_error": 0.006,
     "joint_answer.gradient_share_sd": 0.7,
+    "joint_answer.walk_step": 0.008726646259971648,
     "joint_answer.moment_s": 1.0,
     "joint_method.zero_walk_sd": 0.3,
     "joint_method.crown_share_sd": 0.35,
+    "joint_verdict.leak_bias": 0.0006108652381980154,
     "joint_verdict.play_min": 0.008726646259971648,
     "joint_verdict.recent_share": 0.0125,
     "joint_verdict.of_movement": 1.25,
@@ -224,4 +236,15 @@ PRIORS = {  # mean and sd of each term
     "WINDUP": (0.017453292519943295, 0.03490658503988659),
     "WHEELBASE": (0.0, 0.05),
     "GRADIENT": (0.006981317007977318, 0.006981317007977318),
+}
+BETWEEN_DRIVES = {  # sd of each quantity's change at an ignition, and per root of a day
+    "OFFSET": (0.0017453292519943296, 0.0),
+    "WHEEL_RADIUS": (0.003, 0.0003),
+    "YAW_RATE_BIAS": (0.0, 0.00034906585039886593),
+    "ACCELEROMETER_ZERO": (0.01, 0.01),
+    "PULL": (0.0, 0.003),
+    "GRADIENT": (0.0017453292519943296, 3.490658503988659e-05),
+    "WHEELBASE": (0.03, 0.001),
+    "CROWN": (0.07, 0.0),
+    "PLAY": (0.005235987755982988, 0.0017453292519943296),
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -56,6 +57,7 @@ class Memory:
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | O_BINARY, 0o644)
             why = "" if lock.take(self._file) else "another oncenter live uses it"
+            saved_s = os.fstat(self._file).st_mtime
             content = b"" if why else os.read(self._file, _CONTENT_MAX_BYTES)
         except OSError as error:
             why = error.strerror or str(error)
@@ -66,7 +68,7 @@ class Memory:
         self._reserve(len(content), len(core.save(0)))
         fault, self._sequence = restored(core, _slots(content))
         if fault == "ok":
-            core.restart()
+            core.restart(max(time.time() - saved_s, 0.0))
             self._say(f"resumed the saved state of {self._truck}")
         elif fault != "missing" or any(content):  # a reserved file holds zeros
             why = "it has no saved state" if fault == "missing" else fault

@@ -28,7 +28,7 @@ oc_error oncenter_ecu_start(void) {
         oc_init(&state);
     }
     if (started) {
-        oc_restart(&state);
+        oc_restart(&state, 0.0);
     }
     return error;
 }

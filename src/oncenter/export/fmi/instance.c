@@ -59,7 +59,7 @@ const char *oc_fmu_begin(oc_fmu *fmu) {
         return oc_error_name(error);
     }
     oc_init(&fmu->state);
-    oc_restart(&fmu->state);
+    oc_restart(&fmu->state, 0.0);
     fmu->answer_is_current = 0;
     fmu->phase = OC_FMU_STEPPING;
     return NULL;

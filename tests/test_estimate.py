@@ -48,12 +48,13 @@ def steady_drive(
     minutes: float = 4.0,
     start_s: float = 0.0,
     bends: bool = True,
+    radius_m: float = 400.0,
 ) -> Signals:
     """A truck without play that follows (37) exactly: 3 s of standing, 20 m/s, a minute straight, a minute of bends."""
     time = np.arange(0.0, 60 * minutes, 1 / RATE_HZ)
     speed = np.clip((time - 3.0) * 1.0, 0.0, 20.0)
     bend = np.clip(4 * np.sin(2 * math.pi * time / 30.0), -1, 1) * (time // 60 % 2 == 1)
-    curvature = (0.7 / 400.0 if bends else 1e-5) * bend
+    curvature = (0.7 / radius_m if bends else 1e-5) * bend
     yaw_rate = curvature * speed
     a_y = yaw_rate * speed + 0.1
     angle = 19.3 * (3.7 * curvature + 0.4 * DEGREE * a_y) + offset_deg * DEGREE
@@ -132,7 +133,7 @@ def test_on_a_straight_road_the_understeer_gradient_is_unobservable() -> None:
 
 
 def test_two_logs_of_one_truck_have_one_answer_in_any_order() -> None:
-    first, second = steady_drive(), steady_drive(start_s=1000.0)
+    first, second = steady_drive(), steady_drive(start_s=1000.0, radius_m=420.0)
     there = oc.offset([first, second], TRUCK)
     back = oc.offset([second, first], TRUCK)
     assert there.offset == back.offset
@@ -142,7 +143,7 @@ def test_two_logs_of_one_truck_have_one_answer_in_any_order() -> None:
 
 
 def test_logs_that_all_start_at_zero_are_used_in_the_given_order() -> None:
-    twice = oc.offset([steady_drive(), steady_drive()], TRUCK)
+    twice = oc.offset([steady_drive(), steady_drive(radius_m=420.0)], TRUCK)
     assert twice.rejected_s["time"] == 0.0
     assert twice.duration_s == pytest.approx(480.0)
 

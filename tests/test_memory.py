@@ -20,7 +20,7 @@ from oncenter.estimates.estimate import Estimate
 from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_memory
 from oncenter.memory.drive import priors, with_drive
 from oncenter.memory.file import text_of
-from oncenter.memory.log import key_of, start_of_drive
+from oncenter.memory.log import start_of_drive
 from oncenter.memory.truck import DAY_S, Load, PastDrive, Remembered
 from oncenter.signals import DEGREE, Signals
 
@@ -136,12 +136,12 @@ def test_another_load_begins_another_gradient_and_the_same_load_improves_it(answ
     memory = TruckMemory("truck")
     for day, gradient_deg in enumerate([0.40, 0.41, 0.60, 0.39, 0.61]):
         at_s = NOW_S + day * DAY_S
-        memory = with_drive(memory, with_gradient(answered, gradient_deg), [str(day)], at_s, {})
+        memory = with_drive(memory, with_gradient(answered, gradient_deg), {answered.log: str(day)}, at_s, {})
     assert sorted(load.drives for load in memory.loads) == [2, 3]
     values = sorted(load.gradient.value / DEGREE for load in memory.loads)
     assert values == pytest.approx([0.40, 0.605], abs=0.01)
-    first = with_drive(TruckMemory("truck"), with_gradient(answered, 0.40), ["0"], NOW_S, {}).loads[0].gradient
-    assert min(load.gradient.sd for load in memory.loads) < first.sd
+    first = with_drive(TruckMemory("truck"), with_gradient(answered, 0.40), {answered.log: "0"}, NOW_S, {})
+    assert min(load.gradient.sd for load in memory.loads) < first.loads[0].gradient.sd
 
 
 def test_the_next_drives_gradient_may_be_that_of_any_load() -> None:
@@ -158,7 +158,7 @@ def test_a_prior_is_removed_from_a_gradient_before_it_is_added(answered: oc.Answ
         "known_understeer_gradient_sd_rad_m_s2": 0.05 * DEGREE,
     }
     both = with_gradient(answered, 0.6, 1.96 * 0.05 / math.sqrt(2.0))  # of two that are equally sure: 0.8 and 0.4
-    found = with_drive(TruckMemory("truck"), both, ["0"], NOW_S, prior).loads[0].gradient
+    found = with_drive(TruckMemory("truck"), both, {answered.log: "0"}, NOW_S, prior).loads[0].gradient
     assert found.value == pytest.approx(0.4 * DEGREE, rel=1e-6)
     assert found.sd == pytest.approx(0.05 * DEGREE, rel=1e-6)
 
@@ -166,24 +166,24 @@ def test_a_prior_is_removed_from_a_gradient_before_it_is_added(answered: oc.Answ
 def test_a_less_accurate_drive_does_not_change_the_memory(answered: oc.Answer) -> None:
     wide = replace(answered, backlash=Estimate(7.0 * DEGREE, (5.0 * DEGREE, 9.0 * DEGREE), "valid", "rad"))
     memory = replace(FULL, truck="truck")
-    assert with_drive(memory, wide, ["0"], NOW_S + DAY_S, {}).play == memory.play
+    assert with_drive(memory, wide, {answered.log: "0"}, NOW_S + DAY_S, {}).play == memory.play
 
 
 def test_a_repaired_play_replaces_the_remembered_one(answered: oc.Answer) -> None:
     tight = replace(answered, backlash=Estimate(2.0 * DEGREE, (1.0 * DEGREE, 3.0 * DEGREE), "valid", "rad"))
-    after = with_drive(replace(FULL, truck="truck"), tight, ["0"], NOW_S + DAY_S, {}).play
+    after = with_drive(replace(FULL, truck="truck"), tight, {answered.log: "0"}, NOW_S + DAY_S, {}).play
     assert after is not None and after.value == pytest.approx(2.0 * DEGREE)
 
 
 @pytest.mark.parametrize("fault", [{"sensor_fault": "stuck"}, {"offset": Estimate(None, None, "invalid", "rad")}])
 def test_a_drive_whose_signals_are_at_fault_adds_nothing(answered: oc.Answer, fault: dict[str, Any]) -> None:
-    assert with_drive(FULL, replace(answered, **fault), ["0"], NOW_S, {}) == FULL
+    assert with_drive(FULL, replace(answered, **fault), {answered.log: "0"}, NOW_S, {}) == FULL
 
 
 def test_many_standstills_keep_the_uncertainty_of_the_yards_slope(answered: oc.Answer) -> None:
     memory = TruckMemory("truck")
     for day in range(30):
-        memory = with_drive(memory, answered, [str(day)], NOW_S + day * DAY_S, {})
+        memory = with_drive(memory, answered, {answered.log: str(day)}, NOW_S + day * DAY_S, {})
     assert memory.accelerometer_bias is not None
     assert memory.accelerometer_bias.sd > 0.139
 
@@ -191,7 +191,7 @@ def test_many_standstills_keep_the_uncertainty_of_the_yards_slope(answered: oc.A
 def test_the_drives_that_are_listed_are_the_last_fifty(answered: oc.Answer) -> None:
     memory = TruckMemory("truck")
     for day in range(60):
-        memory = with_drive(memory, answered, [str(day)], NOW_S + day * DAY_S, {})
+        memory = with_drive(memory, answered, {answered.log: str(day)}, NOW_S + day * DAY_S, {})
     assert [each.key for each in memory.drives] == [str(day) for day in range(10, 60)]
 
 
@@ -221,13 +221,6 @@ def test_a_jump_of_the_offset_shows_in_the_next_drive(tmp_path: Path) -> None:
         answer, memory = offset_with_memory([replace(signals, table=moved)], truck(), memory)
         offsets.append(answer.offset.value or 0.0)
     assert offsets[2] - offsets[1] == pytest.approx(4.0 * DEGREE, abs=0.4 * DEGREE)
-
-
-def test_a_copy_of_a_log_has_the_same_key_and_another_drive_has_not(tmp_path: Path) -> None:
-    signals, _ = drive(tmp_path, "thesis_drive", 1, 60.0, "")
-    signals.table.write_parquet(tmp_path / "copy.parquet")
-    other, _ = drive(tmp_path, "thesis_drive", 2, 60.0, "")
-    assert key_of(oc.read(tmp_path / "copy.parquet")) == key_of(signals) != key_of(other)
 
 
 def test_the_date_of_a_drive_is_from_its_log_or_its_file() -> None:

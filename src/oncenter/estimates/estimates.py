@@ -11,9 +11,9 @@ from oncenter.estimates.changes import Change
 from oncenter.estimates.correction import Correction
 from oncenter.estimates.estimate import Estimate
 from oncenter.findings import Finding, most_severe_first
-from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.drives import Summary
+from oncenter.truck.zero import Zero
 from oncenter.vehicle import Vehicle
 
 Method = Literal["thesis", "joint", "wheel-speed"]
@@ -43,6 +43,9 @@ class Estimates:
     `not_identifiable` lists the causes that no single drive identifies. The other methods do not separate them: their
     list is empty and both intervals are one. `offset_per_acceleration` is the change of the offset by a pull or a mean
     crosswind, rad/(m/s^2).
+
+    `zero` of the angle sensor: "fixed"; "relative", another at each start, as the sensor says or several drives show;
+    "moves", changed several times or drifting.
 
     `next_driving` is the driving that would narrow this drive's part of the offset's interval, in words, the most
     useful first; of the joint method.
@@ -80,14 +83,15 @@ class Estimates:
     drives: tuple[Signals, ...]
     summary: Summary | None
     next_driving: tuple[str, ...] = ()
+    zero: Zero = "fixed"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "findings", most_severe_first(self.findings))
 
     @property
     def correction(self) -> Correction | None:
-        """The correction of a valid offset; None for a relative sensor, whose zero changes at each ignition."""
-        if self.offset.value is None or self.offset.status != "valid" or any(map(is_relative, self.drives)):
+        """The correction of a valid offset; None for a zero that is not fixed, since no correction would hold."""
+        if self.offset.value is None or self.offset.status != "valid" or self.zero != "fixed":
             return None
         return Correction(self.vehicle.offset_applied_deg * DEGREE, -self.offset.value)
 

@@ -9,13 +9,19 @@ from pathlib import Path
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimates.estimates import DEFAULT_METHOD, Method
 from oncenter.memory.drive import priors, with_drive
-from oncenter.memory.log import key_of, start_of_drive
+from oncenter.memory.log import start_of_drive
 from oncenter.memory.truck import TruckMemory
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
+from oncenter.offset.several_logs import with_zero
 from oncenter.signals import DEGREE, Signals
+from oncenter.truck.drives import offset_alone, together
+from oncenter.truck.fingerprint import fingerprint_of
+from oncenter.truck.model import learn
+from oncenter.truck.priors import priors_of
 from oncenter.vehicle import Vehicle
 
+_DRIVES_MIN = 4  # that can show another zero at each start
 _USES_MEMORY: Method = "joint"
 _NOTHING_ADDED = "this drive was not added to the truck's memory, since one of its signals is at fault"
 
@@ -31,7 +37,8 @@ def offset_with_memory(
 ) -> tuple[Answer, TruckMemory]:
     """The answer of `oncenter.offset`, and the memory to keep.
 
-    If one of the drives is in the memory already, all start without it and add nothing: it contains their evidence.
+    If one of the drives, or a part of it, is in the memory already, all start without it and add nothing: it contains
+    their evidence.
 
     Args:
         drives, vehicle, method, params, progress: as for `oncenter.offset`; `params` override the memory.
@@ -44,16 +51,27 @@ def offset_with_memory(
         raise OncenterError(
             f"a memory needs method '{_USES_MEMORY}', got '{method}'", code="method", exit_code=WRONG_USAGE
         )
-    keys = [key_of(drive) for drive in drives]
-    if any(map(memory.has, keys)):
+    keys = {drive.log: fingerprint_of(drive) for drive in drives}
+    if any(map(memory.has, keys.values())):
         answer = offset(drives, vehicle, method=method, params=params, progress=progress)
-        return _noted(answer, _again([d.log for d, key in zip(drives, keys, strict=True) if memory.has(key)])), memory
+        return _noted(answer, _again([log for log, key in keys.items() if memory.has(key)])), memory
     start_s = max((start_of_drive(drive, _path(drive)) for drive in drives), default=0.0)
     started_from = priors(memory, vehicle, start_s)
     answer = offset(drives, vehicle, method=method, params={**started_from, **(params or {})}, progress=progress)
     after = with_drive(memory, answer, keys, start_s, started_from)
-    answer = _noted(answer, _started(started_from))
+    answer = _with_zero(_noted(answer, _started(started_from)), after)
     return (_noted(answer, _NOTHING_ADDED) if after == memory else answer), after
+
+
+def _with_zero(answer: Answer, memory: TruckMemory) -> Answer:
+    """The answer with what the remembered offsets say of the sensor's zero."""
+    past = [drive for drive in memory.drives if drive.offset is not None and drive.offset_sd is not None]
+    if answer.zero != "fixed" or len(past) < _DRIVES_MIN:
+        return answer
+    ratio, side = answer.vehicle.ratio_near_centre, answer.vehicle.traffic_sign
+    drives = [offset_alone(drive.offset or 0.0, drive.offset_sd or 0.0, ratio, side) for drive in past]
+    model = learn(together([drives]), priors_of(answer.params))
+    return with_zero(answer, model)
 
 
 def _path(drive: Signals) -> Path | None:

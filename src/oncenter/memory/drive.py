@@ -10,19 +10,15 @@ from oncenter.estimates.estimate import Estimate
 from oncenter.memory.truck import Load, PastDrive, Remembered, TruckMemory
 from oncenter.offset.answer import Answer
 from oncenter.offset.inputs import params_of
-from oncenter.signals import DEGREE
-from oncenter.tuned import PRIORS
+from oncenter.tuned import BETWEEN_DRIVES, PRIORS
 from oncenter.vehicle import Vehicle
 
-# Ageing of remembered values: standard deviations of random walks, per root of a day. Tuned, without a bench on record.
-_PLAY_WALK = 0.1 * DEGREE  # rad: 1.9 deg in a year, by wear and adjustment
-_GRADIENT_WALK = 0.002 * DEGREE  # rad/(m/s^2): a tenth of a usual one in a year, by tyres
-_WHEELBASE_WALK = 0.001  # share: 2 % in a year
-_YAW_RATE_BIAS_WALK = 0.02 * DEGREE  # rad/s: 0.1 in a month; each ignition adds the core's own
-_ACCELERATION_WALK = 0.01  # m/s^2: 0.05 in a month
-# Lower limits, since the errors of many drives have a common part.
-_PLAY_SD_MIN = 0.3 * DEGREE  # rad: scatter between drives of a truck, docs/fleet.md
-_WHEELBASE_BETWEEN = 0.03  # share, from drive to drive by load: docs/fleet.md
+# Ageing of remembered values: standard deviations of random walks, per root of a day.
+_PLAY_SD_MIN, _PLAY_WALK = BETWEEN_DRIVES["PLAY"]  # the first is also a lower limit: drives' errors have a common part
+_GRADIENT_WALK = BETWEEN_DRIVES["GRADIENT"][1]  # other loads are remembered for themselves
+_WHEELBASE_BETWEEN, _WHEELBASE_WALK = BETWEEN_DRIVES["WHEELBASE"]
+_YAW_RATE_BIAS_WALK = BETWEEN_DRIVES["YAW_RATE_BIAS"][1]  # each ignition adds the core's own
+_ACCELERATION_WALK = BETWEEN_DRIVES["ACCELEROMETER_ZERO"][1]
 _ACCELERATION_MAX = 0.9  # m/s^2, of a bias: the range of known_accelerometer_bias_m_s2
 _GROUND_COMMON = 0.7  # of the sd of the ground's slope: half of its variance belongs to the yard of the truck
 _GRADIENT_SHARE_MIN = 0.05  # of K: two loads are never exactly equal
@@ -51,14 +47,14 @@ def priors(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> dict[str, floa
 
 
 def with_drive(
-    memory: TruckMemory, answer: Answer, keys: Sequence[str], start_s: float, started_from: Mapping[str, float]
+    memory: TruckMemory, answer: Answer, keys: Mapping[str, str], start_s: float, started_from: Mapping[str, float]
 ) -> TruckMemory:
     """The memory after a drive; unchanged where the angle sensor or another signal is at fault.
 
     Args:
         memory: before the drive.
         answer: of the drive, or of several at once, by the joint method.
-        keys: of the contents of its logs, none in the memory.
+        keys: fingerprints of its logs by their names, none in the memory.
         start_s: begin of the drive.
         started_from: the `priors` of the answer.
     """
@@ -67,10 +63,10 @@ def with_drive(
     vehicle, p = answer.vehicle, answer.params
     offset = _remembered(answer.offset, start_s, ("valid", "converging"))
     value, offset_sd = (None, None) if offset is None else (offset.value, offset.sd)
-    since = len(keys) - len(answer.drives)  # earlier logs are before a step, so this offset is not theirs
+    present = {drive.log for drive in answer.drives}  # other logs are before a step, so this offset is not theirs
     added = [
-        PastDrive(key, start_s, *((value, offset_sd) if k >= since else (None, None)), answer.offset.status)
-        for k, key in enumerate(keys)
+        PastDrive(key, start_s, *((value, offset_sd) if log in present else (None, None)), answer.offset.status)
+        for log, key in keys.items()
     ]
     return replace(
         memory,

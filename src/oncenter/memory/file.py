@@ -77,7 +77,7 @@ class _Gradient(_Table):
 
 
 class _PastDrive(_Table):
-    log: Annotated[str, Field(max_length=100)]
+    log: Annotated[str, Field(max_length=200)]
     date: datetime
     offset_deg: _Value | None = None
     offset_sd_deg: Annotated[_Value, Field(gt=0)] | None = None

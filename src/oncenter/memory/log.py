@@ -1,30 +1,16 @@
-"""Identity and begin of a drive's log."""
+"""Begin of a drive's log."""
 
 from __future__ import annotations
 
-import hashlib
 import os
 import time
 from pathlib import Path
 
-import numpy as np
-
 from oncenter.read.identity import start_of
-from oncenter.signals import SIGNALS, Signals
+from oncenter.signals import Signals
 from oncenter.utc import EPOCH_S
 
 _LAST_S = 2.5e11  # year 9892; a file system can have any time
-_KEY_OF = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
-_KEY_DIGITS = 16
-
-
-def key_of(drive: Signals) -> str:
-    """The key of the drive's content: equal for a copy of a log, also in another format without loss."""
-    digest = hashlib.sha256()
-    for name in (SIGNALS[signal].column for signal in _KEY_OF):
-        if name in drive.columns:
-            digest.update(np.ascontiguousarray(drive.columns[name], np.float64).tobytes())
-    return digest.hexdigest()[:_KEY_DIGITS]
 
 
 def start_in_log(drive: Signals, path: Path | None) -> float | None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from oncenter.truck.fingerprint import are_same
+
 DAY_S = 86400.0
 
 
@@ -56,7 +58,7 @@ class Load:
 
 @dataclass(frozen=True)
 class PastDrive:
-    """A drive in the memory: the key of its log's content, its begin and its offset (rad), which is no prior."""
+    """A drive in the memory: its fingerprint, its begin and its offset (rad), which is no prior."""
 
     key: str
     start_s: float
@@ -88,4 +90,4 @@ class TruckMemory:
     drives: tuple[PastDrive, ...] = ()
 
     def has(self, key: str) -> bool:
-        return any(drive.key == key for drive in self.drives)
+        return any(are_same(key, drive.key) for drive in self.drives)

@@ -18,10 +18,11 @@ from oncenter.findings import Finding
 from oncenter.offset.answer import Answer
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.inputs import needed
-from oncenter.offset.joint_findings import joint_findings, next_driving
+from oncenter.offset.joint_findings import joint_findings, moves_within, next_driving
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import SIGNALS, Signals
 from oncenter.truck.drives import summary_of
+from oncenter.truck.zero import Zero
 from oncenter.vehicle import Vehicle
 
 _WHOLE_FROM_ROWS = 3  # a core that still receives ticks has the first and the last row only
@@ -91,6 +92,7 @@ def answer_of(
         drives=drives,
         summary=summary_of(native, vehicle, params) if method == "joint" and native["used"] > 0.0 else None,
         next_driving=next_driving(native, params, vehicle) if method == "joint" else (),
+        zero=_zero(native, changes, drives),
     )
 
 
@@ -115,6 +117,12 @@ def _findings(
         measures_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or has_acceleration),
         of_method=joint_findings(native, params, changes, vehicle) if method == "joint" else (),
     )
+
+
+def _zero(native: _core.OcAnswer, changes: tuple[Change, ...], drives: tuple[Signals, ...]) -> Zero:
+    if any(map(is_relative, drives)):
+        return "relative"
+    return "moves" if moves_within(native, changes) else "fixed"
 
 
 def _angle_ends(drives: Iterable[Signals]) -> str | None:

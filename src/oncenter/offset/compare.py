@@ -20,9 +20,12 @@ from oncenter.files.regular_file import read_regular_file
 from oncenter.offset.answer import SCHEMAS, Answer
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 
-State = Literal["successful", "unchanged", "wrong_direction", "not_successful", "within_limit", "undecided"]
+State = Literal[
+    "successful", "unchanged", "wrong_direction", "not_successful", "within_limit", "undecided", "no_correction"
+]
 _SCHEMAS = tuple(f"oncenter/{schema}" for schema in SCHEMAS)
 _VARIES = "mean_wind"  # of the causes the one that differs from drive to drive
+_NOT_FIXED = ("relative_angle_sensor", "zero_differs_at_starts", "zero_moves")  # codes of findings
 _BYTES_MAX = 16 << 20  # of an answer's file; one with a hundred changes and findings has 60 kB
 
 
@@ -30,7 +33,8 @@ _BYTES_MAX = 16 << 20  # of an answer's file; one with a hundred changes and fin
 class Offset:
     """An answer's offset in deg as `oncenter offset --json` gives it; `half_width_deg` of this drive's part.
 
-    `causes` has (sd_m_s2, sd_deg) by cause; empty where the answer does not separate them.
+    `causes` has (sd_m_s2, sd_deg) by cause; empty where the answer does not separate them. `is_fixed`: the sensor's
+    zero is the same at each start and within the drive.
     """
 
     log: str
@@ -42,6 +46,7 @@ class Offset:
     status: str
     causes: Mapping[str, tuple[float, float]]
     limit_deg: float = OFFSET_LIMIT_DEG
+    is_fixed: bool = True
 
 
 @dataclass(frozen=True)
@@ -71,6 +76,8 @@ class Comparison:
     def action(self) -> str:
         """What to do now; empty where nothing is."""
         value = self.after.value_deg
+        if self.state == "no_correction":
+            return "Do not store a correction: it would not hold."
         if self.state == "undecided" or value is None:
             return "Drive on until both offsets are valid, then compare again."
         add = f"Add {_signed(-value)} deg"
@@ -143,6 +150,7 @@ _BEGINS: Mapping[State, str] = {
     "not_successful": "Calibration not complete",
     "within_limit": "Within the limit before and after",
     "undecided": "Undecided",
+    "no_correction": "No correction can hold, since the zero of the sensor changes",
 }
 
 
@@ -222,6 +230,7 @@ def _offset(answer: Mapping[str, Any]) -> Offset:
         status=str(offset["status"]),
         causes=causes,
         limit_deg=float(answer.get("limit_deg") or OFFSET_LIMIT_DEG),
+        is_fixed=not any(finding["code"] in _NOT_FIXED for finding in answer.get("findings", ())),
     )
 
 
@@ -273,6 +282,8 @@ def _causes(before: Offset, after: Offset) -> tuple[float, float]:
 
 
 def _state(before: Offset, after: Offset, limit_deg: float, change: float | None, half_width: float | None) -> State:
+    if not (before.is_fixed and after.is_fixed):
+        return "no_correction"
     if change is None or half_width is None or after.status != "valid":
         return "undecided"
     assert before.value_deg is not None and after.value_deg is not None

@@ -62,9 +62,11 @@ def findings_of(
         _sensor_fault(native, angle_ends),
         _missing(native),
         _gate_shut(native, params, method),
-        _offset(native),
+        _offset(native, has_fixed_zero=not relative_sensor and not native["offset_walks"]),
         _yaw_rate_bias(native, method, yaw_rate_from_vdc2),
         _yaw_rate_bias_moves(native, method, measures_banks),
+        _leak("rear", native["leaked_rear"]),
+        _leak("front", native["leaked_front"]),
         _standing_acceleration(native, method, measures_banks),
         relative_angle_sensor() if relative_sensor else None,
         *of_method,
@@ -166,11 +168,12 @@ def km_h(speed_m_s: float) -> str:
 
 
 @finding("steering_wheel_angle_offset", "warning", "deg")
-def _offset(found: Kind, native: _core.OcAnswer) -> Finding | None:
-    """Valid, and its whole interval beyond a healthy sensor's."""
+def _offset(found: Kind, native: _core.OcAnswer, *, has_fixed_zero: bool) -> Finding | None:
+    """Valid, and its whole interval beyond a healthy sensor's; where the zero moves, no calibration would hold."""
     value = native["offset"]["value"] / DEGREE
     half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
-    if _core.status_of(native["offset"]) != "valid" or abs(value) - half_width < _OFFSET_REPORTED_FROM_DEG:
+    is_near = _core.status_of(native["offset"]) != "valid" or abs(value) - half_width < _OFFSET_REPORTED_FROM_DEG
+    if is_near or not has_fixed_zero:
         return None
     return found(
         f"the steering wheel angle sensor reads {value:+.1f} deg (to the {'left' if value > 0 else 'right'}) when the "
@@ -229,6 +232,19 @@ def _yaw_rate_bias_moves(found: Kind, native: _core.OcAnswer, method: str, measu
         f"rate sensor{moved} changed quickly{unused}{again}{check}",
         moving_s,
         severity="info" if passing else "warning",
+    )
+
+
+@finding("tyre_loses_air", "warning", "%")
+def _leak(found: Kind, axle: str, leaked: float) -> Finding | None:
+    """The rolling radii of one axle changed against each other during the drive, and those of the other did not."""
+    if leaked == 0.0:
+        return None
+    smaller, larger = ("left", "right") if leaked < 0.0 else ("right", "left")
+    return found(
+        f"the {smaller} {axle} tyre became {100.0 * abs(leaked):.2f} % smaller against the {larger} one during the "
+        "drive: it loses air, or the other one warms up. The offset is less certain. Check the tyre pressures",
+        100.0 * leaked,
     )
 
 

@@ -11,6 +11,7 @@ from oncenter.estimates.estimates import Method
 from oncenter.findings import Finding
 from oncenter.plausibility.axles import without_unfit_axles
 from oncenter.signals import SIGNALS, Signals
+from oncenter.truck.fingerprint import Print, copies, fingerprint_of
 from oncenter.vehicle import Vehicle, core_params
 
 _NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
@@ -57,6 +58,41 @@ def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
         float(before.columns["time_s"][-1]) < float(after.columns["time_s"][0]) for before, after in pairwise(by_time)
     )
     return tuple(by_time) if apart else drives
+
+
+_CONTINUES_S = 60.0  # between two logs of one clock: a logger began a new file
+
+
+def continues(before: Signals, log: Signals) -> bool:
+    """Whether the log belongs to the same drive as the one before."""
+    return 0.0 < float(log.columns["time_s"][0]) - float(before.columns["time_s"][-1]) < _CONTINUES_S
+
+
+def without_copies(logs: tuple[Signals, ...]) -> tuple[tuple[Signals, ...], tuple[str, ...]]:
+    """The logs without copies and parts of others under another name, which would count twice, and notes on them."""
+    if len(logs) < 2:
+        return logs, ()
+    found = copies([_print_of(log) for log in logs])
+    notes = [
+        f"{logs[k].log} has the same drive as {logs[whole].log}, or a part of it: it counts once"
+        for k, whole in sorted(found.items())
+    ]
+    return tuple(log for k, log in enumerate(logs) if k not in found), tuple(notes)
+
+
+def _print_of(log: Signals) -> Print:
+    return Print(fingerprint_of(log), log.ticks / log.rate_hz, float(log.columns["time_s"][0]))
+
+
+def drives_in(logs: Sequence[Signals]) -> tuple[tuple[Signals, ...], ...]:
+    """The logs in order of time, those of one drive together."""
+    drives: list[tuple[Signals, ...]] = []
+    for log in logs:
+        if drives and continues(drives[-1][-1], log):
+            drives[-1] = (*drives[-1], log)
+        else:
+            drives.append((log,))
+    return tuple(drives)
 
 
 def needed(method: Method, drives: Sequence[Signals], params: Mapping[str, float]) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from oncenter import _core
 from oncenter.estimates.cause import Name, causes_of
 from oncenter.estimates.changes import Change
+from oncenter.estimates.estimate import number
 from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, bends_demand, demand, finding
 from oncenter.offset.core_findings import km_h
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
@@ -34,6 +35,8 @@ _CAUSES: Mapping[Name, str] = {
     "axle_set_up": "an axle set up for the road crown",
 }
 _WHEELBASE_REPORTED_FROM = 0.04  # share: tyres and payload change the one of (10) by less
+_MOVES_FROM = 2  # changes: nobody remounts a sensor twice in a drive
+_LISTED_MAX = 8  # offsets in a finding
 _LOADED_FROM_S = 0.5  # less is printed as "to the left only"
 
 
@@ -51,6 +54,7 @@ def joint_findings(
     params = _with_configured_sds(params)
     steering_ratio, traffic_sign = vehicle.ratio_near_centre, vehicle.traffic_sign
     yield from map(_change, changes)
+    yield _moves(native, changes)
     yield _play(native)
     other_side = _crown(native, params, traffic_sign)
     yield _unloading(native, params, steering_ratio, 0.0 if other_side else traffic_sign)
@@ -92,6 +96,34 @@ def _change(change: Change) -> Finding | None:
     if abs(after) < _OFFSET_CORRECTED_DEG and abs(before) > _OFFSET_LARGE_DEG:
         return _corrected_by_sender(change, course, size)
     return (_moved if change.kind == "straight_ahead" else _offset_changed)(change, course, size)
+
+
+def moves_within(native: _core.OcAnswer, changes: Sequence[Change]) -> bool:
+    """Whether the offset walks, or changed twice by more than load, ride height or wind explain."""
+    return bool(native["offset_walks"]) or sum(change.kind == "offset" for change in changes) >= _MOVES_FROM
+
+
+def _moves(native: _core.OcAnswer, changes: Sequence[Change]) -> Finding | None:
+    if not moves_within(native, changes):
+        return None
+    return zero_moves([*(c.offset_before_rad for c in changes if c.kind != "bends"), native["offset"]["value"]])
+
+
+@finding("zero_moves", "warning")
+def zero_moves(found: Kind, offsets: Sequence[float]) -> Finding:
+    """The offset changes again and again, or drifts, within a drive or from drive to drive."""
+    now = listed(offsets) if len(offsets) > 1 else f"now the offset is {listed(offsets)}"
+    return found(
+        f"the zero of the steering wheel angle sensor moves: {now}. The sensor or the steering wheel is "
+        "loose or slips. The offset is the last value; its interval allows for another such step. Check the mounting "
+        "before you recalibrate"
+    )
+
+
+def listed(offsets: Sequence[float]) -> str:
+    """The last ones, deg."""
+    shown = [number(offset, 1) for offset in offsets[-_LISTED_MAX:]]
+    return f"{'…, ' if len(offsets) > len(shown) else ''}{', '.join(shown)} deg"
 
 
 def _when(change: Change) -> str:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimates.changes import changes_of
+from oncenter.estimates.changes import Change, changes_of
 from oncenter.estimates.estimates import DEFAULT_METHOD, METHODS, Method
 from oncenter.findings import Finding
 from oncenter.offset.answer import Answer
@@ -25,11 +25,14 @@ from oncenter.offset.coarse_recording import (
 )
 from oncenter.offset.inputs import (
     check_without,
+    continues,
+    drives_in,
     in_order,
     needed,
     params_of,
     track_widths,
     with_torque,
+    without_copies,
     without_unfit_wheels,
 )
 from oncenter.offset.signals_at_fault import without_faulty_estimates
@@ -56,8 +59,8 @@ def offset(
     """The steering wheel angle offset from one drive, or from several of one truck.
 
     Args:
-        signals: from `oncenter.read` or `oncenter.simulate`; several are put in order of time, and the joint method
-            gives the offset since its last step between two of them.
+        signals: from `oncenter.read` or `oncenter.simulate`; several are put in order of time. The joint method answers
+            each drive alone and combines the drives since the last change of the offset.
         vehicle: from `oncenter.vehicle`; its `[params]` apply.
         method: "joint", offset, understeer gradient, play and gyro bias together; "thesis", (36) to (38) of
             docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one
@@ -74,7 +77,7 @@ def offset(
             f"method '{method}' does not exist; use one of {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
     check_vehicle(vehicle, "offset")
-    recorded = in_order(drives_of(signals, "offset"))
+    recorded, of_copies = without_copies(in_order(drives_of(signals, "offset")))
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(params_of(vehicle, params), given, method, recorded)
     used_params = with_coarse_yaw_rate(used_params, given, yaw_rate_step_of(recorded))
@@ -82,60 +85,86 @@ def offset(
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
-    return replace(answer, findings=(*answer.findings, *unfit, *_recording(recorded, names)))
+    return replace(
+        answer,
+        findings=(*answer.findings, *unfit, *_recording(recorded, names)),
+        notes=(*answer.notes, *of_copies),
+    )
 
 
 def _of_all(
-    drives: tuple[Signals, ...],
+    logs: tuple[Signals, ...],
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
 ) -> Answer:
-    """The answer with the wheelbase that fits where the file's is wrong; of several drives, since their last step."""
-    answer, native = _answered(drives, vehicle, params, method, progress)
-    if method != "joint":
-        return answer
-    fitted = fitted_vehicle(
-        native, drives, vehicle, params, lambda other: _run(drives, other, params, method, None, None)[0].answer()
-    )
-    first = [] if fitted is None else [far_off(fitted, vehicle)]
-    if fitted is not None:
-        vehicle = fitted
-        answer, _ = _answered(drives, vehicle, params, method, None)
-    if len(drives) > 1:
-        answer = _together(answer, drives, vehicle, params)
+    """The answer with the wheelbase that fits where the file's is wrong."""
+    first: list[Finding] = []
+    native, finish = _answered(logs, vehicle, params, method, progress)
+    if method == "joint":
+        fitted = fitted_vehicle(
+            native, logs, vehicle, params, lambda other: _answered(logs, other, params, method, None)[0]
+        )
+        if fitted is not None:
+            first.append(far_off(fitted, vehicle))
+            _, finish = _answered(logs, fitted, params, method, None)
+    answer = finish()
     return replace(answer, findings=(*first, *answer.findings))
 
 
-def _together(answer: Answer, drives: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
-    """The answer of several logs, since the last step between two of them."""
-    from oncenter.offset.several_logs import across, with_logs, without_steps_within  # late: one log does not need it
-
-    runs = (_run((drive,), vehicle, params, "joint", None, None)[0].answer() for drive in drives)
-    natives = [widened(run, coarseness_of((drive,)), "joint", params) for run, drive in zip(runs, drives, strict=True)]
-    logs = without_steps_within(across(natives, vehicle, params), answer.changes, drives)
-    if logs.steps:
-        answer, _ = _answered(drives[logs.since :], vehicle, params, "joint", None)
-    return with_logs(answer, logs, drives[: logs.since])
-
-
 def _answered(
-    drives: Sequence[Signals],
+    logs: tuple[Signals, ...],
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
-) -> tuple[Answer, _core.OcAnswer]:
-    """The answer from one run of the core over all drives; with the core's own answer."""
-    core, changes_found = _run(drives, vehicle, params, method, progress, None)
-    coarse = coarseness_of(drives)
-    native = widened(core.answer(), coarse, method, params)
-    answer = answer_of(native, changes_of(native, changes_found, drives), tuple(drives), vehicle, method, params)
-    contradicts = is_implausible(native) or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
+) -> tuple[_core.OcAnswer, Callable[[], Answer]]:
+    """The core's answer, and what makes it a whole one. By the joint method each drive is answered alone."""
+    drives = drives_in(logs) if method == "joint" else (logs,)
+    runs = [_run_over(drive, vehicle, params, method, progress) for drive in drives]
+    if len(drives) == 1:
+        [(native, changes)] = runs
+        return native, lambda: _whole(native, changes, logs, vehicle, method, params)
+    from oncenter.offset.several_logs import Drive, changes_of_all, combined, with_logs  # late: one log needs no model
+
+    together = combined(tuple(Drive(drive, *run) for drive, run in zip(drives, runs, strict=True)), vehicle, params)
+
+    def finish() -> Answer:
+        since = tuple(log for drive in together.drives for log in drive.logs)
+        whole = _whole(together.native, changes_of_all(together), since, vehicle, method, params)
+        return with_logs(whole, together)
+
+    return together.native, finish
+
+
+def _run_over(
+    logs: Sequence[Signals],
+    vehicle: Vehicle,
+    params: Mapping[str, float],
+    method: Method,
+    progress: Callable[[float], None] | None,
+) -> tuple[_core.OcAnswer, tuple[Change, ...]]:
+    """The core's answer after these logs, wider for a coarse recording, and the changes in them."""
+    core, changes_found = _run(logs, vehicle, params, method, progress, None)
+    native = widened(core.answer(), coarseness_of(logs), method, params)
+    return native, changes_of(native, changes_found, logs)
+
+
+def _whole(
+    native: _core.OcAnswer,
+    changes: tuple[Change, ...],
+    logs: tuple[Signals, ...],
+    vehicle: Vehicle,
+    method: Method,
+    params: Mapping[str, float],
+) -> Answer:
+    answer = answer_of(native, changes, logs, vehicle, method, params)
+    moves = answer.zero == "moves" or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
+    contradicts = moves or is_implausible(native)
     answer = without_faulty_estimates(answer, contradicts=contradicts)
-    found = coarse_recording_findings(native, coarse, method)
-    return replace(answer, findings=(*answer.findings, *found)), native
+    found = coarse_recording_findings(native, coarseness_of(logs), method)
+    return replace(answer, findings=(*answer.findings, *found))
 
 
 def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:
@@ -157,28 +186,32 @@ def is_implausible(native: _core.OcAnswer) -> bool:
 
 def trace(answer: Answer) -> npt.NDArray[np.void]:
     """The core's output at each tick of an answer: oc_output, one row per row of all its drives, in order."""
-    outputs = np.zeros(sum(drive.ticks for drive in answer.drives), _core.OUTPUT_DTYPE)
-    _run(answer.drives, answer.vehicle, answer.params, answer.method, None, outputs)
-    return outputs
+    drives = drives_in(answer.drives) if answer.method == "joint" else (answer.drives,)
+    traces = []
+    for logs in drives:
+        traces.append(np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE))
+        _run(logs, answer.vehicle, answer.params, answer.method, None, traces[-1])
+    return np.concatenate(traces)
 
 
 def _run(
-    drives: Sequence[Signals],
+    logs: Sequence[Signals],
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
     outputs: npt.NDArray[np.void] | None,
 ) -> tuple[_core.Core, list[int]]:
-    """The core after all drives, and the number of changes found by the end of each; fills `outputs`, one row per tick,
-    when given."""
-    widths = track_widths(vehicle, method, drives)
-    core = core_of(vehicle, drives[0].rate_hz, method=method, params=params, track_widths=widths)
-    rows = sum(drive.ticks for drive in drives)
+    """The core after all logs, and the number of changes found by the end of each; fills `outputs`, one row per tick,
+    when given. Between two logs that do not continue each other the ignition was off."""
+    widths = track_widths(vehicle, method, logs)
+    core = core_of(vehicle, logs[0].rate_hz, method=method, params=params, track_widths=widths)
+    rows = sum(log.ticks for log in logs)
     done = 0
     changes_found = []
-    for drive in drives:
-        core.restart()
+    for before, drive in zip((None, *logs), logs, strict=False):
+        if before is not None and not continues(before, drive):
+            core.restart()
         columns = {name: drive.columns[name] for name in _core.COLUMNS if name in drive.columns}
         for start in range(0, drive.ticks, _ROWS_AT_ONCE):
             part = {name: column[start : start + _ROWS_AT_ONCE] for name, column in columns.items()}

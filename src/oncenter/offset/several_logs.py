@@ -1,37 +1,48 @@
-"""Several logs of one truck: whether the offset changed between them, and their common estimate.
+"""Several logs of one truck: each drive is answered alone, and the truck's model (oncenter.truck) combines them.
 
-Each log is answered alone, and the truck's model (oncenter.truck) combines their summaries. Fewer than four logs do not
-separate a step from one wrong drive; then valid neighbours are compared in pairs.
+Logs that continue each other are one drive. The combined answer is an oc_answer like that of one drive, so that the
+findings and words of one drive follow from it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+import numpy as np
+
 from oncenter import _core
 from oncenter.estimates.changes import Change, kind_of_offset
-from oncenter.estimates.estimate import Estimate, number
+from oncenter.estimates.estimate import number
 from oncenter.findings import Finding, Kind, finding
 from oncenter.offset.answer import Answer
+from oncenter.offset.joint_findings import listed, zero_moves
+from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.drives import Summary, is_usable, summary_of, together
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import Priors, priors_of
 from oncenter.vehicle import Vehicle
 
-_MODEL_FROM = 4  # logs: two on either side of a step
-_STEP_SDS = 6.0  # of two valid logs: 2 of 2,064 neighbours of bench/trucks.py's months scatter by more
+_MODEL_FROM = 4  # drives: two on either side of a step that the model finds
+_STEP_SDS = 6.0  # of two valid drives: 2 of 2,064 neighbours of bench/trucks.py's months scatter by more
 _STEP_MIN_RAD = 1.0 * DEGREE
-_BEGIN_S, _DRIVES_M_S = 120.0, 8.0  # of driving in a log: a change found in this time may be from before the log
-_AGREES_SDS = 3.0  # between the offset of all logs and the model's
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A drive: its logs, the core's answer on it, and the changes of the offset in it."""
+
+    logs: tuple[Signals, ...]
+    native: _core.OcAnswer
+    changes: tuple[Change, ...]
 
 
 @dataclass(frozen=True)
 class LogStep:
-    """The offset changed before log `at`, by `size` with standard deviation `sd`, rad."""
+    """The offset changed before drive `at`, by `size` with standard deviation `sd`, rad."""
 
     at: int
     size: float
@@ -40,83 +51,218 @@ class LogStep:
 
 @dataclass(frozen=True)
 class Together:
-    """All steps in order of time, and the truck's model of the usable logs; None where there are too few."""
+    """The drives since the last change of the offset, the change before the first of them, and the truck's model of all
+    usable drives; None where there are fewer than two."""
 
-    steps: tuple[LogStep, ...]
+    drives: tuple[Drive, ...]
+    native: _core.OcAnswer
+    before: tuple[Drive, ...]
+    step: LogStep | None
     model: Trucks | None
 
-    @property
-    def since(self) -> int:
-        """The first log of the present offset."""
-        return self.steps[-1].at if self.steps else 0
 
-
-def across(natives: Sequence[_core.OcAnswer], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
-    """The steps and the truck's model from each log's oc_answer by the joint method, in order of time."""
+def combined(drives: tuple[Drive, ...], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
+    """All drives of a truck, in order of time, by the joint method."""
+    if any(is_relative(log) for log in drives[-1].logs):
+        return Together(drives[-1:], drives[-1].native, drives[:-1], None, None)
     priors = priors_of(params)
-    summaries = [summary_of(native, vehicle, params) for native in natives]
-    statuses = [_core.status_of(native["offset"]) for native in natives]
-    usable = [(k, one) for k, one in enumerate(summaries) if is_usable(statuses[k], one.gradient)]
-    if len(usable) < _MODEL_FROM:
-        return Together(tuple(_by_pairs(natives, usable, priors)), None)
-    model = learn(together([[summary for _, summary in usable]]), priors)
-    steps = [LogStep(usable[step.at][0], step.size, step.sd) for step in model.steps]
-    return Together(tuple(steps), model)
+    summaries = [summary_of(drive.native, vehicle, params) for drive in drives]
+    usable = [k for k, drive in enumerate(drives) if is_usable(_status(drive), summaries[k].gradient)]
+    if len(usable) < 2:
+        return _by_one(drives, usable)
+    changed = np.array([[any(map(_moved_offset, drives[k].changes)) for k in usable]])
+    pairs = [] if len(usable) >= _MODEL_FROM else _by_pairs(drives, usable, summaries, priors)
+    for step in pairs:
+        changed[0, usable.index(step.at)] = True
+    model = learn(together([[summaries[k] for k in usable]]), priors, changed)
+    steps = [*pairs, *(LogStep(usable[step.at], step.size, step.sd) for step in model.steps)]
+    since = usable[model.since[0]] if model.since[0] else 0
+    used = [drives[k] for k in usable if k >= since]
+    return Together(
+        drives=drives[since:],
+        native=_as_one_drive(drives[since:], used, model, params),
+        before=drives[:since],
+        step=next((step for step in steps if step.at == since), None) if model.zero[0] == "fixed" else None,
+        model=model,
+    )
 
 
-def without_steps_within(logs: Together, changes: Sequence[Change], drives: Sequence[Signals]) -> Together:
-    """The logs less a step before a log in whose middle the run over all found the same change: the change is there. A
-    change of another size or sign is that run's first reading of the step, which looks like the play at first."""
-
-    def came_within(step: LogStep) -> bool:
-        return any(
-            change.drive == step.at
-            and change.size_rad is not None
-            and 0.5 < change.size_rad / step.size < 2.0
-            and _driven_s(drives[step.at], change.into_log_s) > _BEGIN_S
-            for change in changes
-        )
-
-    return replace(logs, steps=tuple(step for step in logs.steps if not came_within(step)))
+def _by_one(drives: tuple[Drive, ...], usable: Sequence[int]) -> Together:
+    """Fewer than two drives have an offset: that of the one, else of the longest; with the time of all."""
+    one = usable[0] if usable else max(range(len(drives)), key=lambda k: drives[k].native["used"])
+    native = _with_times(drives[one].native.copy(), drives)
+    return Together(drives, native, (), None, None)
 
 
-def _driven_s(drive: Signals, until_s: float) -> float:
-    """Seconds of driving since the begin of the log."""
-    time, speed = drive.columns["time_s"], drive.columns["vehicle_speed_m_s"]
-    stands = speed <= _DRIVES_M_S  # False where the speed is not available
-    return float(((time - time[0] < until_s) & ~stands).sum()) / drive.rate_hz
+def _status(drive: Drive) -> str:
+    return _core.status_of(drive.native["offset"])
+
+
+def _moved_offset(change: Change) -> bool:
+    return change.size_rad is not None and abs(change.size_rad) >= 1.96 * (change.sd_rad or 0.0)
 
 
 def _by_pairs(
-    natives: Sequence[_core.OcAnswer], usable: Sequence[tuple[int, Summary]], priors: Priors
+    drives: Sequence[Drive], usable: Sequence[int], summaries: Sequence[Summary], priors: Priors
 ) -> list[LogStep]:
-    valid = [(k, one) for k, one in usable if _core.status_of(natives[k]["offset"]) == "valid"]
+    """Two or three drives do not separate a step from one wrong drive: valid neighbours are compared."""
     steps = []
-    for (_, before), (k, after) in pairwise(valid):
+    for k, later in pairwise(k for k in usable if _status(drives[k]) == "valid"):
+        before, after = summaries[k], summaries[later]
         size = after.offset - before.offset
         by_load = after.ratio * (after.gradient - before.gradient) * priors.pull_sd_m_s2
-        noise = math.sqrt(2.0) * priors.offset_noise_sd_rad
-        sd = math.hypot(before.offset_sd, after.offset_sd, by_load, noise)
+        sd = math.hypot(before.offset_sd, after.offset_sd, by_load, math.sqrt(2.0) * priors.offset_noise_sd_rad)
         if abs(size) > max(_STEP_MIN_RAD, _STEP_SDS * sd):
-            steps.append(LogStep(k, size, sd))
+            steps.append(LogStep(later, size, sd))
     return steps
 
 
-def with_logs(answer: Answer, logs: Together, before: Sequence[Signals]) -> Answer:
-    """The answer of the logs since the last step, narrowed by the truck's model of all logs.
+def _as_one_drive(
+    drives: Sequence[Drive], usable: Sequence[Drive], model: Trucks, params: Mapping[str, float]
+) -> _core.OcAnswer:
+    """The oc_answer of the truck's last drive, with what all drives since the last change say of the truck."""
+    natives = [drive.native for drive in usable]
+    answer = _with_times(drives[-1].native.copy(), drives)
+    value, own_sd = float(model.offset[0]), float(model.spread_sd[0])
+    lean, whole_sd = float(model.less_pull[0]) - value, float(model.offset_sd[0])
+    is_wide = 1.96 * own_sd > params["offset_drive_half_width_max_rad"]
+    evidence = sum(native["offset"]["evidence"] for native in natives)
+    enough = evidence >= params["joint_evidence_min_s"] and not is_wide
+    status = "invalid" if _core.status_of(answer["offset"]) == "invalid" else "valid" if enough else "converging"
+    answer["offset"] = _estimate(value, whole_sd, evidence, status, lean)
+    answer["offset_temporary"] = value
+    answer["offset_parts"] = {
+        "drive_sd": own_sd,
+        "pull_sd": math.sqrt(max(whole_sd**2 - own_sd**2, 0.0)),
+        "wind_sd": 0.0,
+        "set_up_sd": 0.0,
+        "per_acceleration": _mean(natives, lambda native: native["offset_parts"]["per_acceleration"]),
+    }
+    answer["understeer_gradient"] = _averaged([native["understeer_gradient"] for native in natives])
+    answer["equivalent_wheelbase"] = _averaged([native["equivalent_wheelbase"] for native in natives])
+    play_status = _best_status([native["backlash"] for native in natives])
+    answer["backlash"] = _estimate(float(model.play[0]), float(model.play_sd[0]), evidence, play_status)
+    neutral_status = _best_status([native["unloading_acceleration"] for native in natives])
+    if params["use_accelerometer"]:
+        neutral = float(model.neutral[0]), float(model.neutral_sd[0])
+        answer["unloading_acceleration"] = _estimate(*neutral, evidence, neutral_status)
+    answer["unexplained"] = _mean(natives, lambda native: native["unexplained"])
+    answer["offset_per_yaw_rate_bias"] = _mean(natives, lambda native: native["offset_per_yaw_rate_bias"])
+    answer["yaw_rate_bias"] = _last_known([drive.native["yaw_rate_bias"] for drive in drives])
+    answer["standstill_lateral_acceleration"] = _last_known(
+        [drive.native["standstill_lateral_acceleration"] for drive in drives]
+    )
+    return answer
 
-    Args:
-        answer: of the logs since the last step.
-        logs: of all.
-        before: the logs before it.
-    """
-    answer = _narrowed(answer, logs)
-    if not logs.steps or answer.offset.value is None:
+
+def _estimate(value: float, sd: float, evidence: float, status: str, lean: float = 0.0) -> _core.OcEstimate:
+    status_code = _core.STATUSES.index(status)
+    return {"value": value, "standard_deviation": sd, "evidence": evidence, "status": status_code, "lean": lean}
+
+
+def _mean(natives: Sequence[_core.OcAnswer], of: Callable[[_core.OcAnswer], float]) -> float:
+    """Weighted by the seconds used."""
+    return float(np.average([of(native) for native in natives], weights=[native["used"] for native in natives]))
+
+
+def _averaged(estimates: Sequence[_core.OcEstimate]) -> _core.OcEstimate:
+    """Of a quantity that loads change a little: the mean of those with the best status, with their scatter."""
+    status = _best_status(estimates)
+    best = [estimate for estimate in estimates if _core.status_of(estimate) == status]
+    values = np.array([estimate["value"] for estimate in best])
+    weights = np.array([estimate["standard_deviation"] for estimate in best]) ** -2.0
+    mean = float(np.average(values, weights=weights))
+    scatter = float(np.average((values - mean) ** 2, weights=weights)) / max(len(best) - 1, 1)
+    sd = math.sqrt(1.0 / float(np.sum(weights)) + scatter)
+    return _estimate(mean, sd, sum(estimate["evidence"] for estimate in best), status)
+
+
+def _best_status(estimates: Sequence[_core.OcEstimate]) -> str:
+    found = set(map(_core.status_of, estimates))
+    return next(status for status in ("valid", "converging", "unobservable", "invalid") if status in found)
+
+
+def _last_known(estimates: Sequence[_core.OcEstimate]) -> _core.OcEstimate:
+    return next((each for each in reversed(estimates) if _core.status_of(each) != "unobservable"), estimates[-1])
+
+
+def _with_times(answer: _core.OcAnswer, drives: Sequence[Drive]) -> _core.OcAnswer:
+    """With the seconds of all drives, and with the accelerometer of the drive in which it moved most."""
+    natives = [drive.native for drive in drives]
+    banked = [native for native in natives if native["bank_time"] > 0.0]
+    loaded_left_s = sum(native["loaded_left_s"] for native in natives)
+    loaded_right_s = sum(native["loaded_right_s"] for native in natives)
+    moved = max(natives, key=_moved_accelerometer)
+    answer["duration"] = sum(native["duration"] for native in natives)
+    answer["used"] = sum(native["used"] for native in natives)
+    answer["unused"] = sum(native["unused"] for native in natives)
+    answer["rejected"] = np.sum([native["rejected"] for native in natives], axis=0).tolist()
+    answer["bank_time"] = sum(native["bank_time"] for native in banked)
+    answer["bank_low"] = moved["bank_low"]
+    answer["bank_high"] = moved["bank_high"]
+    answer["accelerometer_wanders"] = moved["accelerometer_wanders"]
+    answer["accelerometer_runs_away"] = moved["accelerometer_runs_away"]
+    answer["yaw_rate_bias_wheel_time"] = sum(native["yaw_rate_bias_wheel_time"] for native in natives)
+    answer["yaw_rate_bias_alarm_time"] = sum(native["yaw_rate_bias_alarm_time"] for native in natives)
+    answer["loaded_left_s"] = loaded_left_s
+    answer["loaded_right_s"] = loaded_right_s
+    answer["lacking_to_left"] = _lacking([(n["loaded_left_s"], n["lacking_to_left"]) for n in natives], loaded_left_s)
+    answer["lacking_to_right"] = _lacking(
+        [(n["loaded_right_s"], n["lacking_to_right"]) for n in natives], loaded_right_s
+    )
+    if banked:
+        weights = [native["bank_time"] for native in banked]
+        answer["bank_mean"] = float(np.average([native["bank_mean"] for native in banked], weights=weights))
+    return answer
+
+
+def _moved_accelerometer(native: _core.OcAnswer) -> tuple[int, int, float]:
+    moved = native["bank_high"] - native["bank_low"]
+    return native["accelerometer_runs_away"], native["accelerometer_wanders"], moved
+
+
+def _lacking(loaded_and_lacking: Iterable[tuple[float, float]], loaded_s: float) -> float:
+    """Seconds of lateral force to a side that all drives together lack, of `loaded_s` in all."""
+    needed = min(loaded + lacking if lacking > 0.0 else 0.0 for loaded, lacking in loaded_and_lacking)
+    return max(needed - loaded_s, 0.0)
+
+
+def changes_of_all(together: Together) -> tuple[Change, ...]:
+    """Those within the drives since the last one, on the clocks of their logs."""
+    first, found = 0, []
+    for drive in together.drives:
+        found += [replace(change, drive=first + change.drive) for change in drive.changes]
+        first += len(drive.logs)
+    return tuple(found)
+
+
+def with_zero(answer: Answer, model: Trucks) -> Answer:
+    """The answer with what the truck's drives say of the sensor's zero."""
+    zero, offsets = model.zero[0], model.offsets[0].tolist()
+    if zero == "fixed" or answer.zero != "fixed":
         return answer
-    later = next((c.offset_before_rad for c in answer.changes if c.kind != "bends"), answer.offset.value)
-    change = _change(answer, later, logs.steps[-1])
-    changed = (_offset_changed if change.kind == "offset" else _moved)(change, before)
-    return replace(answer, changes=(change, *answer.changes), findings=(changed, *answer.findings))
+    found = (_differs_at_starts if zero == "relative" else zero_moves)(offsets)
+    kept = (each for each in answer.findings if each.code != "steering_wheel_angle_offset")  # it says: calibrate
+    return replace(answer, zero=zero, findings=(found, *kept))
+
+
+def with_logs(answer: Answer, together: Together) -> Answer:
+    """The answer on all drives with what only several can say: the change between two, their scatter, their zero."""
+    model, value = together.model, answer.offset.value
+    if model is None or value is None:
+        return answer
+    answer = with_zero(answer, model)
+    if together.step is not None:
+        later = next((c.offset_before_rad for c in answer.changes if c.kind != "bends"), value)
+        change = _change(answer, later, together.step)
+        before = [log for drive in together.before for log in drive.logs]
+        changed = (_offset_changed if change.kind == "offset" else _moved)(change, before)
+        answer = replace(answer, changes=(change, *answer.changes), findings=(changed, *answer.findings))
+    findings = [each for each in answer.findings if each.code != "interval"]
+    findings.append(_interval(model))
+    if model.load_would_help[0] and answer.zero == "fixed":
+        findings.append(_another_load())
+    return replace(answer, findings=tuple(findings))
 
 
 def _change(answer: Answer, offset: float, step: LogStep) -> Change:
@@ -160,45 +306,25 @@ def _between(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
     )
 
 
-def _narrowed(answer: Answer, logs: Together) -> Answer:
-    """The answer with the truck's offset where its interval is narrower: different loads or many roads separate a
-    pull from the accelerometer bias. Not where the run over the logs found a change that is not in the model: with few
-    logs since then, the model may treat the new offset as an outlier."""
-    model, offset, drive_rad = logs.model, answer.offset, answer.offset_half_width_rad
-    changed = any(change.kind != "bends" for change in answer.changes)
-    if model is None or changed or offset.value is None or offset.ci95 is None or drive_rad is None:
-        return answer
-    value, sd = float(model.offset[0]), float(model.offset_sd[0])
-    half_width = 0.5 * (offset.ci95[1] - offset.ci95[0])
-    apart = abs(value - 0.5 * (offset.ci95[0] + offset.ci95[1]))
-    agrees = apart < _AGREES_SDS * math.hypot(sd, half_width / 1.96)
-    if 1.96 * sd > half_width or not agrees or offset.status == "invalid" or not answer.params["use_accelerometer"]:
-        return answer
-    drive_sd = min(float(model.spread_sd[0]), sd)
-    left = math.sqrt(sd**2 - drive_sd**2)
-    pull = [
-        replace(c, sd_rad=left, sd_m_s2=float(model.pull_sd[0])) for c in answer.not_identifiable if c.cause == "pull"
-    ]
-    findings = [each for each in answer.findings if each.code != "interval"]
-    findings.append(_interval(sd, drive_sd, left, float(model.pull_sd[0])))
-    if model.load_would_help[0]:
-        findings.append(_another_load())
-    return replace(
-        answer,
-        offset=Estimate(value, (value - 1.96 * sd, value + 1.96 * sd), offset.status, offset.unit, offset.evidence_s),
-        offset_ci95_drive=(value - 1.96 * drive_sd, value + 1.96 * drive_sd),
-        not_identifiable=tuple(pull),
-        findings=tuple(findings),
+@finding("zero_differs_at_starts", "warning")
+def _differs_at_starts(found: Kind, offsets: Sequence[float]) -> Finding:
+    """From four drives on: their offsets exclude each other, and nearly every one differs from the one before."""
+    return found(
+        f"the offset is another one in each drive: {listed(offsets)}. The zero of this steering wheel angle sensor "
+        "changes at each start, so no stored correction can be right. The offset is that of the last drive"
     )
 
 
 @finding("interval", "info", "deg")
-def _interval(found: Kind, sd: float, drive_sd: float, pull: float, pull_sd_m_s2: float) -> Finding:
-    whole, own, by_pull = (number(1.96 * each, 1 if each > 0.05 * DEGREE else 2) for each in (sd, drive_sd, pull))
+def _interval(found: Kind, model: Trucks) -> Finding:
+    """Several logs, whose model has an offset."""
+    own_sd, whole_sd = float(model.spread_sd[0]), float(model.offset_sd[0])
+    by_pull = math.sqrt(max(whole_sd**2 - own_sd**2, 0.0))
+    whole, own, pull = (number(1.96 * each, 1 if each > 0.05 * DEGREE else 2) for each in (whole_sd, own_sd, by_pull))
     return found(
-        f"uncertainty ±{whole} deg: ±{own} deg from the scatter of these logs, ±{by_pull} deg from a pull, which they"
-        f" identify to ±{1.96 * pull_sd_m_s2:.2f} m/s^2",
-        1.96 * sd / DEGREE,
+        f"uncertainty ±{whole} deg: ±{own} deg from the scatter of these logs, ±{pull} deg from a pull, which they"
+        f" identify as {float(model.pull[0]):+.2f} ±{1.96 * float(model.pull_sd[0]):.2f} m/s^2",
+        1.96 * whole_sd / DEGREE,
     )
 
 

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from oncenter import _core
 from oncenter.signals import DEGREE
+from oncenter.tuned import PRIORS
 from oncenter.vehicle import Vehicle
 
 Numbers = npt.NDArray[np.float64]
@@ -23,7 +24,8 @@ class Summary:
     `offset` is the sensor reading at the neutral lateral acceleration, `offset_sd` of this drive's part of its
     uncertainty. `with_unloading` and `with_play` are the offset's covariances with the neutral lateral acceleration and
     with the play. `bank` is the mean of lateral acceleration less r*v while driving, `standing` the mean lateral
-    acceleration at standstill. `side` is 1 where traffic keeps right, -1 left, 0 not configured.
+    acceleration at standstill. Without an accelerometer the neutral acceleration is not identified. `side` is 1 where
+    traffic keeps right, -1 left, 0 not configured.
     """
 
     offset: float
@@ -42,12 +44,35 @@ class Summary:
     side: float
 
 
+def offset_alone(offset: float, offset_sd: float, ratio: float, side: float) -> Summary:
+    """The summary of a drive of which only the offset is left."""
+    (gradient, gradient_sd), (play, play_sd) = PRIORS["GRADIENT"], PRIORS["WIDTH"]
+    lost = math.nan
+    return Summary(
+        offset=offset,
+        offset_sd=offset_sd,
+        gradient=gradient,
+        gradient_sd=gradient_sd,
+        unloading=lost,
+        unloading_sd=lost,
+        play=play,
+        play_sd=play_sd,
+        with_unloading=lost,
+        with_play=0.0,
+        bank=lost,
+        standing=lost,
+        ratio=ratio,
+        side=side,
+    )
+
+
 def summary_of(native: _core.OcAnswer, vehicle: Vehicle, params: Mapping[str, float]) -> Summary:
     """The summary of the joint method's oc_answer. Configured values of pull and accelerometer bias in `params` are
     subtracted, so that those of the truck are zero on average: the core subtracted a configured pull from the
     offset."""
     bias = params["known_accelerometer_bias_m_s2"] if params["known_accelerometer_bias_sd_m_s2"] > 0.0 else 0.0
     pull = params["known_pull_m_s2"] if params["known_pull_sd_m_s2"] > 0.0 else 0.0
+    measures = 1.0 if params["use_accelerometer"] else math.nan
     offset, gradient = native["offset"], native["understeer_gradient"]
     unloading, play = native["unloading_acceleration"], native["backlash"]
     standing = native["standstill_lateral_acceleration"]
@@ -58,14 +83,14 @@ def summary_of(native: _core.OcAnswer, vehicle: Vehicle, params: Mapping[str, fl
         offset_sd=native["offset_parts"]["drive_sd"],
         gradient=gradient["value"],
         gradient_sd=gradient["standard_deviation"],
-        unloading=unloading["value"] - bias - pull,
-        unloading_sd=unloading["standard_deviation"],
+        unloading=measures * (unloading["value"] - bias - pull),
+        unloading_sd=measures * unloading["standard_deviation"],
         play=play["value"],
         play_sd=play["standard_deviation"],
-        with_unloading=together["unloading_acceleration"],
+        with_unloading=measures * together["unloading_acceleration"],
         with_play=together["backlash"],
-        bank=native["bank_mean"] - bias if native["bank_time"] > 0.0 else math.nan,
-        standing=standing["value"] - bias if stood else math.nan,
+        bank=measures * (native["bank_mean"] - bias) if native["bank_time"] > 0.0 else math.nan,
+        standing=measures * (standing["value"] - bias) if stood else math.nan,
         ratio=vehicle.ratio_near_centre,
         side=vehicle.traffic_sign,
     )

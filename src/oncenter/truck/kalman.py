@@ -108,6 +108,7 @@ class Filter:
         load_steer_sd: rad, at the road wheels.
         steps: (trucks, drives), true at the first drive of a new offset; None: steps are tested, and found in `steps`.
         aligned: the same for a new pull.
+        with_pull: False: the pull is held at zero, and counts as accelerometer bias, as in one drive.
     """
 
     def __init__(
@@ -117,8 +118,11 @@ class Filter:
         load_steer_sd: float,
         steps: Truths | None = None,
         aligned: Truths | None = None,
+        *,
+        with_pull: bool = True,
     ) -> None:
         self._drives, self._priors, self._given, self._aligned = drives, priors, steps, aligned
+        self._with_pull = with_pull
         self._loads = loads_of(drives, priors)
         n = len(drives.ratio)
         side = drives.side[:, 0]
@@ -130,9 +134,9 @@ class Filter:
         for place, sd in (
             (OFFSET, offset_sd),
             (BIAS, priors.accelerometer_bias_sd_m_s2),
-            (PULL, priors.pull_sd_m_s2),
+            (PULL, priors.pull_sd_m_s2 if with_pull else 0.0),
             (PLAY, priors.play_sd_rad),
-            (CROWN, np.hypot(priors.crown_of_truck_sd_m_s2, unknown_side)),
+            (CROWN, np.hypot(priors.region_sd_m_s2, unknown_side)),
             (LOAD_STEER, load_steer_sd * drives.ratio[:, 0]),
             (LOAD_STEER_BENT, load_steer_sd * drives.ratio[:, 0]),
         ):
@@ -155,10 +159,10 @@ class Filter:
             self._candidates.open(d, has, self._since_step >= _DRIVES_BEFORE)
         else:
             self._guess_offset(d, has & self._given[:, d])
-            if self._aligned is not None:
+            if self._aligned is not None and self._with_pull:
                 self._forget_pull(has & self._aligned[:, d])
         doubt = np.zeros(len(has))
-        for reading in readings(self._drives, self._priors, d, self._loads):
+        for reading in readings(self._drives, self._priors, d, self._loads, with_pull=self._with_pull):
             variance = reading.variance
             if reading.of_offset is None:
                 variance = variance + doubt

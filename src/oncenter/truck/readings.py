@@ -94,14 +94,18 @@ def loads_of(drives: Summaries, priors: Priors) -> Loads:
     return Loads(gradient, gain * own, mean, load, squared, has & (gain > _SURE_GAIN))
 
 
-def readings(drives: Summaries, priors: Priors, d: int, loads: Loads) -> Iterator[Reading]:
-    """The readings of drive `d` of each truck, independent of each other; the offset's comes last."""
+def readings(drives: Summaries, priors: Priors, d: int, loads: Loads, *, with_pull: bool = True) -> Iterator[Reading]:
+    """The readings of drive `d` of each truck, independent of each other; the offset's comes last.
+
+    Args:
+        with_pull: False: the state's pull is held at zero, so that between loads it is scatter of the offset.
+    """
     side = drives.side[:, d]
     crown = side * priors.crown_m_s2
     along = np.where(side == 0.0, 1.0, side)
     share = priors.standing_crown_share_1
     bank, standing = drives.bank[:, d] - crown, drives.standing[:, d] - share * crown
-    yield _reading({BIAS: 1.0, CROWN: along}, bank, priors.crown_sd_m_s2**2)
+    yield _reading({BIAS: 1.0, CROWN: along}, bank, priors.road_sd_m_s2**2)
     yield _reading({BIAS: 1.0, CROWN: share * along}, standing, priors.standing_slope_sd_m_s2**2)
     alone = _without_priors(drives, priors, d)
     play = drives.play[:, d]
@@ -111,6 +115,7 @@ def readings(drives: Summaries, priors: Priors, d: int, loads: Loads) -> Iterato
     yield _reading({BIAS: 1.0, PULL: 1.0}, alone.unloading, windy, pulled)
     yield _reading({PLAY: 1.0}, play, alone.play_variance + priors.play_noise_sd_rad**2, 0.5)
     by_gradient = (drives.ratio[:, d] * priors.pull_sd_m_s2) ** 2 * loads.variance[:, d]
+    by_load = 0.0 if with_pull else ((pulled - drives.ratio[:, d] * mean) * priors.pull_sd_m_s2) ** 2
     wide = 1.0 + alone.offset_variance / priors.wide_rad**2
     yield _reading(  # the offset given the other two, independent of their errors
         {
@@ -121,8 +126,8 @@ def readings(drives: Summaries, priors: Priors, d: int, loads: Loads) -> Iterato
             LOAD_STEER: load,
             LOAD_STEER_BENT: load**2 - loads.load_squared_mean[:, 0],
         },
-        alone.offset - alone.per_unloading * alone.unloading - alone.per_play * play,
-        alone.offset_variance * wide + priors.offset_noise_sd_rad**2 + by_gradient,
+        alone.offset - alone.per_unloading * np.nan_to_num(alone.unloading) - alone.per_play * play,
+        alone.offset_variance * wide + priors.offset_noise_sd_rad**2 + by_gradient + by_load,
         None,
     )
 
@@ -157,8 +162,10 @@ class _Alone:
 
 
 def _without_priors(drives: Summaries, priors: Priors, d: int) -> _Alone:
-    unloading_variance, play_variance = drives.unloading_sd[:, d] ** 2, drives.play_sd[:, d] ** 2
-    per_unloading = drives.with_unloading[:, d] / unloading_variance
+    measured = np.isfinite(drives.unloading[:, d])
+    unloading_variance = np.where(measured, drives.unloading_sd[:, d] ** 2, 1.0)
+    play_variance = drives.play_sd[:, d] ** 2
+    per_unloading = np.where(measured, drives.with_unloading[:, d], 0.0) / unloading_variance
     per_play = drives.with_play[:, d] / play_variance
     own = drives.offset_sd[:, d] ** 2
     rest = own - per_unloading**2 * unloading_variance - per_play**2 * play_variance
@@ -166,7 +173,7 @@ def _without_priors(drives: Summaries, priors: Priors, d: int) -> _Alone:
     alone = _less_prior(unloading_variance, prior)
     moved = (drives.unloading[:, d] - mean) * alone / prior
     return _Alone(
-        offset=drives.offset[:, d] + per_unloading * moved,
+        offset=drives.offset[:, d] + np.where(measured, per_unloading * moved, 0.0),
         unloading=drives.unloading[:, d] + moved,
         unloading_variance=alone,
         play_variance=_less_prior(play_variance, priors.play_sd_rad**2),

@@ -5,11 +5,10 @@ from __future__ import annotations
 from oncenter.estimates.estimates import Estimates
 from oncenter.findings import PLAY_STANDARD_DEG
 from oncenter.plausibility.zeros import YAW_RATE_BIAS_LARGE_DEG_S
-from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE
 from oncenter.verdict.accused import accused, finding_of, is_sensor_fault
 from oncenter.verdict.numbers import half_width, rounded
-from oncenter.verdict.offset import FAULTS
+from oncenter.verdict.offset import FAULTS, LOOSE
 from oncenter.verdict.verdict import About, State, Verdict
 
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none: offset/answer.py
@@ -24,7 +23,9 @@ def angle_sensor(answer: Estimates) -> Verdict:
         return Verdict(about, "repair", f"Repair: the sensor {what}.", check)
     if "steering wheel angle" in accused(answer):
         return _signal_at_fault(about, "steering wheel angle")
-    if any(map(is_relative, answer.drives)):
+    if answer.zero == "moves":
+        return Verdict(about, "repair", "Repair: the zero of the sensor moves.", LOOSE)
+    if answer.zero == "relative":
         return Verdict(about, "ok", "No fault found; a relative sensor.", _NO_ACTION)
     return Verdict(about, "ok", "No fault found.", _NO_ACTION)
 

@@ -6,7 +6,6 @@ from oncenter.estimates.cause import in_words
 from oncenter.estimates.changes import Change
 from oncenter.estimates.estimates import Estimates
 from oncenter.findings import PLAY_STANDARD_DEG, capitalised
-from oncenter.read.whole_turns import is_relative
 from oncenter.verdict.accused import accused, errors_of_signals, is_sensor_fault
 from oncenter.verdict.next_driving import next_driving
 from oncenter.verdict.numbers import floor_of_size, half_width, joined, plus_minus, rounded
@@ -26,14 +25,19 @@ FAULTS = {  # of the angle sensor, by the core's names: what happens, and the ch
 }
 
 
+LOOSE = "Check the mounting of the sensor and of the steering wheel."
+
+
 def offset(answer: Estimates, limit_deg: float) -> Verdict:
     """About the straight-ahead offset; `limit_deg` in deg, either sign."""
     if is_sensor_fault(answer):
         return _repair(answer)
     if answer.offset.status == "invalid":
         return _no_verdict(answer)
-    if any(map(is_relative, answer.drives)):
+    if answer.zero == "relative":
         return _no_correction(answer, limit_deg)
+    if answer.zero == "moves":
+        return _moves(answer, limit_deg)
     if answer.offset.status != "valid" or answer.offset.value is None or answer.offset_half_width_rad is None:
         return _not_exact(answer, limit_deg)
     return _exact(answer, limit_deg)
@@ -70,6 +74,16 @@ def _no_correction(answer: Estimates, limit_deg: float) -> Verdict:
         f"No correction: the steering wheel angle sensor is relative, without a fixed zero.{found}",
         "Do not store a correction: the zero of this sensor changes at each ignition.",
         _change(answer),
+    )
+
+
+def _moves(answer: Estimates, limit_deg: float) -> Verdict:
+    value, half_width_rad = answer.offset.value, answer.offset_half_width_rad
+    last = ""
+    if value is not None and half_width_rad is not None:
+        last = f"The last {_OFFSET} is {plus_minus(value, half_width_rad)} (limit {limit_deg:g} deg)."
+    return _verdict(
+        "repair", "Repair: the zero of the steering wheel angle sensor moves.", f"{LOOSE} Then drive again.", last
     )
 
 

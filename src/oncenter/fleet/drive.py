@@ -25,6 +25,7 @@ from oncenter.read import refuse_unreadable
 from oncenter.read.here import read_here
 from oncenter.read.identity import start_of, vin_of
 from oncenter.signals import DEGREE, Signals
+from oncenter.truck.fingerprint import fingerprint_of
 from oncenter.tuned import TUNED
 from oncenter.utc import EPOCH_S
 from oncenter.vehicle import Vehicle
@@ -60,6 +61,7 @@ class Work:
                 # in this process, which is a watched child already: a second child would have the same limits
                 signals = read_here(path, vehicle.signal_names, vehicle.databases(), {}, lambda fraction: None)
                 row |= when(log, path, signals)
+                row["fingerprint"] = fingerprint_of(signals)
                 answer = offset(signals, vehicle)
                 row |= of_answer(answer)
                 if self.reports is not None:

@@ -9,12 +9,14 @@ from oncenter.fleet.history import Break, Numbers, Readings, drift
 from oncenter.signals import DEGREE
 from oncenter.truck.kalman import Step
 from oncenter.truck.model import Trucks
+from oncenter.truck.zero import Zero
 
 
 @dataclass(frozen=True)
 class Offset:
     """The offset since the last change, deg, at the truck's mean load; `since` is the start of the drive after it.
 
+    `zero` is that of the sensor; where it is not fixed the offset is that of the last drive, and no change is listed.
     `sd` is the whole standard deviation; `spread_sd` leaves out pull and accelerometer bias, which are common to all
     drives. `drift` is deg a day and its standard deviation, None below four drives. Accelerations in m/s^2.
     """
@@ -28,14 +30,15 @@ class Offset:
     accelerometer_bias: float
     accelerometer_bias_sd: float
     load_would_help: bool
+    zero: Zero
     drift: tuple[float, float] | None
     changes: list[Break]
 
 
 def offset_of(trucks: Trucks, place: int, starts: Numbers) -> Offset:
     """The offset of the truck at that place in the model; its drives began at `starts`, s since 1970."""
-    steps = [step for step in trucks.steps if step.truck == place]
-    since = steps[-1].at if steps else 0
+    zero, since = trucks.zero[place], trucks.since[place]
+    steps = [step for step in trucks.steps if step.truck == place and zero == "fixed"]
     value = float(trucks.offset[place]) / DEGREE
     count = len(starts)
     readings = Readings(starts, trucks.offsets[place, :count] / DEGREE, trucks.offset_sds[place, :count] / DEGREE)
@@ -49,6 +52,7 @@ def offset_of(trucks: Trucks, place: int, starts: Numbers) -> Offset:
         accelerometer_bias=float(trucks.accelerometer_bias[place]),
         accelerometer_bias_sd=float(trucks.accelerometer_bias_sd[place]),
         load_would_help=bool(trucks.load_would_help[place]),
+        zero=zero,
         drift=drift(readings, since),
         changes=_changes(steps, value),
     )

@@ -28,6 +28,7 @@ _ABOUT = {
     "repair": "steering wheel angle sensor",
     "undecided": "limit inside the interval",
     "within": "whole interval within the limit",
+    "no_correction": "another zero at each start",
     "no_offset": "more driving needed",
 }
 

@@ -18,8 +18,19 @@ from oncenter.fleet.history import NOISE, Break, Mean, Numbers, Readings, breaks
 from oncenter.fleet.offset_now import Offset, offset_of
 from oncenter.fleet.summaries import priors_of_row, summary_of_row
 from oncenter.fleet.tables import OFFSET, QUANTITIES
-from oncenter.fleet.undecided import NO_OFFSET, RECALIBRATE, REPAIR, UNDECIDED, WITHIN, Driven, standing, would_decide
+from oncenter.fleet.undecided import (
+    NO_CORRECTION,
+    NO_OFFSET,
+    RECALIBRATE,
+    REPAIR,
+    UNDECIDED,
+    WITHIN,
+    Driven,
+    standing,
+    would_decide,
+)
 from oncenter.truck.drives import together
+from oncenter.truck.fingerprint import Print, copies
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import Priors, priors_of
 
@@ -28,7 +39,7 @@ Rows = Sequence[dict[str, Any]]
 SHARE_OF_FALSE_ALARMS = 0.05
 _SUSPICIOUS = 0.05  # p-value at or below which a truck is on watch
 _MOVED_TOO = 3.0  # standard deviations by which another quantity must have changed to be a cause
-_SENSOR_AT_FAULT = "steering_wheel_angle_sensor_at_fault"  # code of the finding
+_SENSOR_AT_FAULT, _RELATIVE = "steering_wheel_angle_sensor_at_fault", "relative_angle_sensor"  # codes of findings
 
 # Cause of an offset's change, by the quantity that changed with it; the first one that fits.
 _CAUSES = {
@@ -79,9 +90,9 @@ class OfTruck:
     def __init__(self, name: str, rows: Rows, limit_deg: float) -> None:
         self._name, self._limit_deg = name, limit_deg
         self._counts = _counts(name, rows)
-        self._is_at_fault = _is_at_fault(rows)
+        self._is_at_fault, self._is_relative = _newest_has(rows, _SENSOR_AT_FAULT), _newest_has(rows, _RELATIVE)
         self._readings = {q.name: readings_of(rows, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
-        usable = [(row, summary) for row in rows if (summary := summary_of_row(row)) is not None]
+        usable = [(row, summary) for row in _once(rows) if (summary := summary_of_row(row)) is not None]
         self.summaries = [summary for _, summary in usable]
         self.priors = priors_of(priors_of_row(usable[-1][0]) if usable else None)
         self._starts = np.array([row["start"] for row, _ in usable])
@@ -117,15 +128,22 @@ class OfTruck:
             mean = _mean_now(readings[quantity.name], found.get(quantity.name, []), quantity.name)
             row |= {quantity.value: mean and mean.value, quantity.sd: mean and mean.sd}
         if self._offset is not None:
-            row |= _of_offset(self._offset, self._limit_deg) | {"would_decide": self._would_decide()}
+            row |= _of_offset(self._offset)
+            if self._has_fixed_zero():
+                row |= _of_evidence(self._offset, self._limit_deg) | {"would_decide": self._would_decide()}
         return History(row, changes)
 
     def _state(self) -> str:
-        if self._is_at_fault:
+        if self._is_at_fault or (self._offset is not None and self._offset.zero == "moves"):
             return REPAIR
         if self._offset is None:
             return NO_OFFSET
+        if not self._has_fixed_zero():
+            return NO_CORRECTION
         return standing(self._offset.value, self._offset.sd, self._limit_deg)
+
+    def _has_fixed_zero(self) -> bool:
+        return not self._is_relative and self._offset is not None and self._offset.zero == "fixed"
 
     def _would_decide(self) -> str | None:
         """The advice on how to decide; None where the limit is outside the interval."""
@@ -155,10 +173,23 @@ def vehicle_file_of(rows: Rows) -> str | None:
     return next((row["vehicle_file"] for row in reversed(rows) if row.get("vehicle_file")), None)
 
 
-def _is_at_fault(rows: Rows) -> bool:
-    """Whether the newest drive with an answer ended with a fault of the angle sensor."""
+def _once(rows: Rows) -> Rows:
+    """Without copies and parts of other drives, which would count twice; rows of former versions have no
+    fingerprint."""
+    known = [k for k, row in enumerate(rows) if row.get("fingerprint")]
+    left_out = {known[k] for k in copies([_print_of(rows[k]) for k in known])}
+    return [row for k, row in enumerate(rows) if k not in left_out]
+
+
+def _print_of(row: dict[str, Any]) -> Print:
+    own_clock = row.get("start_source") in ("log", "metadata")
+    return Print(row["fingerprint"], row.get("duration_s") or 0.0, row["start"] if own_clock else math.nan)
+
+
+def _newest_has(rows: Rows, code: str) -> bool:
+    """Whether the newest drive with an answer has this finding."""
     answered = [row for row in rows if row.get("start") is not None and row.get("error_code") is None]
-    return bool(answered) and _SENSOR_AT_FAULT in (answered[-1].get("findings") or "").split()
+    return bool(answered) and code in (answered[-1].get("findings") or "").split()
 
 
 def _mean_now(readings: Readings, found: Sequence[Break], name: str) -> Mean | None:
@@ -172,11 +203,16 @@ def _mean_now(readings: Readings, found: Sequence[Break], name: str) -> Mean | N
     return Mean(float(np.average(readings.value, weights=weight)), float(np.sqrt(variance)))
 
 
-def _of_offset(offset: Offset, limit_deg: float) -> dict[str, Any]:
+def _of_evidence(offset: Offset, limit_deg: float) -> dict[str, float]:
+    """Of an offset beyond the limit; there is none where no correction would hold."""
     beyond = within(offset.value, offset.sd, limit_deg)
     p_value, last = beyond, offset.changes[-1] if offset.changes else None
     if last is not None and abs(last.after) > abs(last.before):  # a change toward zero is no alarm
         p_value = min(p_value, within(last.size, last.sd, limit_deg))
+    return {"probability_beyond": 1.0 - beyond, "p_value": min(1.0, 2.0 * p_value)}
+
+
+def _of_offset(offset: Offset) -> dict[str, Any]:
     return {
         OFFSET.value: offset.value,
         OFFSET.sd: offset.sd,
@@ -189,8 +225,6 @@ def _of_offset(offset: Offset, limit_deg: float) -> dict[str, Any]:
         "since": offset.since,
         "drift_deg_day": offset.drift and offset.drift[0],
         "drift_sd_deg_day": offset.drift and offset.drift[1],
-        "probability_beyond": 1.0 - beyond,
-        "p_value": min(1.0, 2.0 * p_value),
     }
 
 

@@ -44,7 +44,7 @@ _COLUMNS = (
     _Column("side", "side", 1.0, "side of traffic: 1 right, -1 left, 0 not given"),
 )
 _PREFIX = "summary_"
-_MAY_LACK = ("bank", "standing")
+_MAY_LACK = ("bank", "standing", "unloading", "unloading_sd", "with_unloading")
 
 # Values given in the vehicle file, 0 where it gives none: column, param of the core, unit, meaning.
 _GIVEN = (

@@ -66,6 +66,7 @@ def _of_drives() -> dict[str, tuple[str, str]]:
         "start_source": ("text", "source of the start: log, metadata, name, modified"),
         "log": ("text", "path or URI; of several copies the first by name"),
         "key": ("text", "hash of the log's content (BLAKE3), which identifies the drive"),
+        "fingerprint": ("text", "of the signals: a copy or a part of the drive in another log has the same hashes"),
         "vehicle_file": ("text", "name of the vehicle file in --vehicles, without .toml"),
         "settings": ("text", "hash of version and vehicle file"),
         "version": ("text", "version of oncenter"),
@@ -122,7 +123,11 @@ TRUCKS: dict[str, tuple[str, str]] = {
     "truck": ("text", "as in drives"),
     "rank": ("count", "by evidence, 1 is the strongest"),
     "verdict": ("text", "calibrate, watch, undecided, fine, unknown: with the false discovery rate of the fleet"),
-    "state": ("text", "recalibrate, undecided, within, repair (sensor at fault), no_offset: of this truck alone"),
+    "state": (
+        "text",
+        "recalibrate, undecided, within, repair (sensor at fault), no_correction (relative sensor), no_offset: of this"
+        " truck alone",
+    ),
     "limit_deg": ("number", "the limit of this truck: --limit, or offset_limit_deg of its vehicle file"),
     "would_decide": ("text", "if the limit is inside the interval, the drive that would narrow it most; else null"),
     "p_value": ("number", "probability that offset and last change are within the limit; smaller is stronger evidence"),

@@ -13,12 +13,14 @@ from dataclasses import dataclass
 from oncenter.fleet.offset_now import Offset
 from oncenter.tuned import TUNED
 
-RECALIBRATE, WITHIN, UNDECIDED, REPAIR, NO_OFFSET = "recalibrate", "within", "undecided", "repair", "no_offset"
+RECALIBRATE, WITHIN, UNDECIDED, REPAIR = "recalibrate", "within", "undecided", "repair"
+NO_CORRECTION, NO_OFFSET = "no_correction", "no_offset"
 STATE_WORDS = {
     RECALIBRATE: "recalibrate",
     REPAIR: "sensor at fault",
     UNDECIDED: "undecided",
     WITHIN: "within the limit",
+    NO_CORRECTION: "relative sensor",
     NO_OFFSET: "no offset yet",
 }
 

@@ -212,6 +212,7 @@ accuracy: .venv/dev ## errors and intervals of all methods and rivals: docs/accu
 	$(BIN)/python bench/gyro_bias.py --page
 	rm -rf build/trucks
 	$(BIN)/python bench/trucks.py build/trucks --page --jobs 2
+	$(BIN)/python bench/drives_that_differ.py --page --jobs 2
 
 load: .venv/dev ## a night of a fleet and ten minutes of a live bus: docs/fleet.md, docs/live.md
 	rm -rf build/fleet

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from accuracy_rows import Drive, Row, drive, laid_over
-from population import PRIORS, Normal, Random, Uniform
+from population import CROWN_M_S2, CROWN_SD_M_S2, PERCENT_PER_M_S2, PRIORS, PULL_SD_M_S2, Normal, Random, Uniform
 
 ROADS = ("thesis_drive", "country", "motorway", "town")
 DRIVES = 8
@@ -20,30 +21,31 @@ OF_DRIVE = (
     "yaw_rate_bias_deg_s",
     "wind_m_s",
     "gust_sd_m_s",
-    "crown_percent",
     "rough_bank_sd_percent",
     "heading_deg",
     "standing_at_start_s",
 )
 OF_TRUCK = {
-    "pull_m_s2": Normal(0.0, 0.06),
     "lateral_acceleration_bias_m_s2": Normal(0.0, 0.1),
     "backlash_deg": Uniform(2.0, 12.0),
     "king_pin_friction_m_s2": Uniform(0.02, 0.1),
     "pull_n": Normal(0.0, 0.0),
 }
+# Half of the variance of a road's crown is that of its region, which all drives of a truck share.
+CROWN_OF_REGION = Normal(CROWN_M_S2 * PERCENT_PER_M_S2, CROWN_SD_M_S2 * PERCENT_PER_M_S2 * math.sqrt(0.5))
 STIFFER = (1.0, 1.35, 1.8)  # understeer gradient of a load relative to the lightest
 
 
 @dataclass(frozen=True)
 class Kind:
     """`loads` of each truck in turn (`shuffled`: in random order), the bump steer angle of each load's ride height (sd,
-    deg at the road wheels), and the number of drives."""
+    deg at the road wheels), the number of drives, and the sd of the pull (m/s^2)."""
 
     loads: int = LOADS
     bump_steer_deg: float = 0.0
     drives: int = DRIVES
     shuffled: bool = False
+    pull_sd_m_s2: float = 0.06
 
 
 KINDS = {
@@ -51,6 +53,10 @@ KINDS = {
     "one": Kind(loads=1),
     "bump": Kind(bump_steer_deg=0.03),
     "month": Kind(drives=20, shuffled=True),
+    "logs_three": Kind(drives=12, pull_sd_m_s2=PULL_SD_M_S2),
+    "logs_one": Kind(loads=1, drives=12, pull_sd_m_s2=PULL_SD_M_S2),
+    "logs_three_straight": Kind(drives=12, pull_sd_m_s2=0.0),
+    "logs_one_straight": Kind(loads=1, drives=12, pull_sd_m_s2=0.0),
 }
 
 
@@ -60,6 +66,8 @@ def truck_drives(kind: Kind, name: str, seed: int, folder: Path) -> Iterator[tup
     fixed: dict[str, Any] = {
         key: OF_TRUCK.get(key, prior).draw(random) for key, (prior, _) in PRIORS.items() if key not in OF_DRIVE
     }
+    fixed["pull_m_s2"] = float(random.normal(0.0, kind.pull_sd_m_s2))
+    fixed["crown_percent"] = Normal(CROWN_OF_REGION.draw(random), CROWN_OF_REGION.sd)
     lightest = float(random.uniform(0.25, 0.45))
     bump_deg = random.normal(0.0, kind.bump_steer_deg, LOADS) * fixed["steering_ratio"]
     wheels_percent = [float(random.normal(0.0, 0.3)) for _ in range(4)]
@@ -74,8 +82,7 @@ def truck_drives(kind: Kind, name: str, seed: int, folder: Path) -> Iterator[tup
             f"{name}_{k}",
             "",
             base=str(random.choice(ROADS)),
-            fixed=fixed
-            | {"offset_deg": fixed["offset_deg"] + bump_deg[load], "crown_percent": PRIORS["crown_percent"][0]},
+            fixed=fixed | {"offset_deg": fixed["offset_deg"] + bump_deg[load]},
             extra=_extra(wheels_percent, stands),
             wind=True,
             pulls=True,

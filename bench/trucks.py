@@ -3,9 +3,10 @@
     python bench/trucks.py FOLDER [--trucks N] [--months N] [--jobs N] [--tuning] [--page | --smoke]
 
 FOLDER keeps the summaries, one small file per truck, so that a stopped run can continue: 60 trucks of eight
-drives at three loads, 60 at one load, 60 whose ride height steers by 0.03 deg with each load, and 1,000 truck-months of
-20 drives (80 minutes of one core per thousand). A step is planted into the summaries, since a remounted sensor only
-shifts the offset. Seeds from 1001 on (months: from 1301 on) are for reporting, those from 1 on (--tuning) for tuning.
+drives at three loads, 60 at one load, 60 whose ride height steers by 0.03 deg with each load, 60 of each of four kinds
+with twelve, and 1,000 truck-months of 20 drives (80 minutes of one core per thousand). A step is planted into the
+summaries, since a remounted sensor only shifts the offset. Seeds from 1001 on (months: from 1301 on) are for reporting,
+those from 1 on (--tuning) for tuning.
 """
 
 from __future__ import annotations
@@ -35,6 +36,12 @@ MONTHS_FROM = 1301  # those from 1001 to 1300 were looked at while the threshold
 PAGE = Path(__file__).parents[1] / "docs" / "many_drives.md"
 MARK = "<!-- below: written by bench/trucks.py --page -->\n"
 FOUND_WITHIN = 3  # drives
+TWELVE = {
+    "logs_three": "three loads, pull as believed",
+    "logs_one": "one load, pull as believed",
+    "logs_three_straight": "three loads, no pull",
+    "logs_one_straight": "one load, no pull",
+}
 AT_ONCE = 500  # trucks of 300 drives, as fleet/night.py takes them
 MEMBERS = [field.name for field in fields(Summary)]
 Numbers = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
@@ -54,6 +61,7 @@ def records(kind: str, seed: int) -> list[Record]:
                     "seed": seed,
                     "load": load,
                     "target": float(driven.target_rad[-1]),
+                    "pulled": driven.angle_per_m_s2 * driven.truth.unloading_acceleration_m_s2,
                     "status": answer.offset.status,
                     "single": answer.offset.value,
                     "single_low": answer.offset.ci95[0],
@@ -94,6 +102,7 @@ class Fleet:
     drives: Summaries
     place: np.ndarray[tuple[int, int], np.dtype[np.int64]]
     target: Numbers  # (trucks,), rad: the mean over its drives
+    pulled: Numbers  # rad, the effect of the pull on the readings, the same mean
     single: Numbers  # (trucks, drives), rad
     single_half_width: Numbers
 
@@ -113,17 +122,20 @@ def fleet_of(table: pl.DataFrame, step: Numbers | None = None) -> Fleet:
         drives=Summaries(**{name: np.take_along_axis(value, place, axis=1) for name, value in values.items()}),
         place=place,
         target=np.mean(column("target"), axis=1),
+        pulled=np.mean(column("pulled"), axis=1),
         single=column("single"),
         single_half_width=0.5 * (column("single_high") - column("single_low")),
     )
 
 
 def offsets(kind: str, table: pl.DataFrame) -> Record:
-    """The errors and intervals of trucks that nobody touched, and of their single drives, deg."""
+    """The errors and intervals of trucks that nobody touched, and of their single drives, deg: of the common reading
+    with the effect of the pull, which it has, and of the offset less the pull that the drives show."""
     fleet = fleet_of(table)
     answer = learn(fleet.drives, priors_of())
-    error = np.abs(answer.offset - fleet.target) / DEGREE
-    half_width = 1.96 * answer.offset_sd / DEGREE
+    read, spread = np.abs(answer.offset - fleet.target - fleet.pulled), 1.96 * answer.spread_sd
+    error = np.abs(answer.less_pull - fleet.target) / DEGREE
+    half_width = 1.96 * answer.less_pull_sd / DEGREE
     narrowest = np.argmin(fleet.single_half_width, axis=1)
     rows = np.arange(len(error))
     of_narrowest = np.abs(fleet.single[rows, narrowest] - fleet.target) / DEGREE
@@ -134,6 +146,9 @@ def offsets(kind: str, table: pl.DataFrame) -> Record:
         "trucks": len(error),
         "error": [float(np.quantile(error, q)) for q in (0.5, 0.95, 1.0)],
         "covered": int(np.sum(error < half_width)),
+        "read_error": [float(np.quantile(read, q)) / DEGREE for q in (0.5, 0.95)],
+        "read_covered": int(np.sum(read < spread)),
+        "read_half_width": float(np.median(spread)) / DEGREE,
         "half_width": float(np.median(half_width)),
         "of_single": float(np.median(half_width / single)),
         "narrowest_error": [float(np.quantile(of_narrowest, q)) for q in (0.5, 0.95)],
@@ -141,6 +156,26 @@ def offsets(kind: str, table: pl.DataFrame) -> Record:
         "wider_than_narrowest": int(np.sum(half_width > narrow)),
         "load_would_help": int(np.sum(answer.load_would_help)),
         "steps": len(answer.steps),
+    }
+
+
+def twelve(kind: str, table: pl.DataFrame) -> Record:
+    """Twelve logs in one call: the common reading, and the mean of the single valid ones, deg, with the pull's effect;
+    `ratio` is the median error over half-width."""
+    fleet = fleet_of(table)
+    answer = learn(fleet.drives, priors_of())
+    target = fleet.target + fleet.pulled
+    error, half_width = np.abs(answer.offset - target), 1.96 * answer.spread_sd
+    is_valid = (table["status"] == "valid").to_numpy().reshape(fleet.single.shape)
+    single = np.abs(np.nanmean(np.where(is_valid, fleet.single, np.nan), axis=1) - target)
+    return {
+        "kind": kind,
+        "trucks": len(error),
+        "error": [float(np.quantile(error, q)) / DEGREE for q in (0.5, 0.95)],
+        "covered": int(np.sum(error < half_width)),
+        "half_width": float(np.median(half_width)) / DEGREE,
+        "ratio": float(np.median(error / half_width)),
+        "of_mean": float(np.median(single)) / DEGREE,
     }
 
 
@@ -211,18 +246,36 @@ def page(found: dict[str, Any]) -> str:
     lines = [
         "### A truck's offset by eight drives of 20 minutes",
         "",
-        "| trucks | n | error, median | 95 % | max | covered | half-width | of a single drive's | of the narrowest"
-        " drive's | the narrowest drive's error, median | 95 % | another load would help |",
-        "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|",
+        "The reading is `offset.value` with `ci95_drive`, judged with the pull's effect, which it has; the offset is"
+        " the middle of `ci95`, less the pull that the drives show.",
+        "",
+        "| trucks | n | reading's error, median | 95 % | covered | half-width | offset's error, median | 95 % | max |"
+        " covered | half-width | of a single drive's | of the narrowest drive's | the narrowest drive's error, median |"
+        " 95 % | another load would help |",
+        "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|",
     ]
     for one in found["offsets"]:
         middle, high, worst = one["error"]
         lines.append(
-            f"| {names[one['kind']]} | {one['trucks']} | {middle:.2f} | {high:.2f} | {worst:.2f} | {one['covered']} |"
+            f"| {names[one['kind']]} | {one['trucks']} | {one['read_error'][0]:.2f} | {one['read_error'][1]:.2f} |"
+            f" {one['read_covered']} | {one['read_half_width']:.2f} |"
+            f" {middle:.2f} | {high:.2f} | {worst:.2f} | {one['covered']} |"
             f" {one['half_width']:.2f} | {one['of_single']:.2f} | {one['of_narrowest']:.2f} |"
             f" {one['narrowest_error'][0]:.2f} | {one['narrowest_error'][1]:.2f} | {one['load_would_help']} |"
         )
-    lines += ["", "Angles in deg.", "", "### Steps between drives", ""]
+    lines += ["", "Angles in deg.", "", "### Twelve logs in one call", ""]
+    lines += [
+        "| trucks | n | reading's error, median | 95 % | covered | half-width | error / half-width, median |"
+        " error of the mean of the single valid answers, median |",
+        "|---|--:|--:|--:|--:|--:|--:|--:|",
+    ]
+    for one in found["twelve"]:
+        middle, high = one["error"]
+        lines.append(
+            f"| {TWELVE[one['kind']]} | {one['trucks']} | {middle:.3f} | {high:.2f} | {one['covered']} |"
+            f" {one['half_width']:.2f} | {one['ratio']:.2f} | {one['of_mean']:.3f} |"
+        )
+    lines += ["", "### Steps between drives", ""]
     lines += [
         "| planted | drives | trucks | found within three drives | ever | others | error of the size, median |"
         " offset now, error | covered |",
@@ -263,12 +316,14 @@ def main() -> None:
     first = TUNING_FROM if given.tuning else REPORTED_FROM
     trucks, months = (1, 1) if given.smoke else (given.trucks, given.months)
     wanted = {kind: range(first, first + trucks) for kind in ("three", "one", "bump")}
+    logs = {kind: range(first, first + trucks) for kind in TWELVE}
     begin = TUNING_FROM if given.tuning else MONTHS_FROM
-    tables = make(wanted | {"month": range(begin, begin + months)}, given.folder, given.jobs)
+    tables = make(wanted | logs | {"month": range(begin, begin + months)}, given.folder, given.jobs)
     nine = tables["month"].group_by("seed", maintain_order=True).head(9)
     some = [table.filter(pl.col("seed") < begin + 100) for table in (tables["month"], nine)]
     found = {
         "offsets": [offsets(kind, tables[kind]) for kind in wanted],
+        "twelve": [twelve(kind, tables[kind]) for kind in TWELVE],
         "false": {"months": months, "steps": false_steps(tables["month"]), "steps_of_nine": false_steps(nine)},
         "steps": [steps(table, low, high, 1) for table in some for low, high in ((1.0, 2.0), (1.0, 6.0), (2.0, 6.0))],
         "speed": speed(tables["month"], 20 if given.smoke else 10_000, 300),

@@ -20,6 +20,7 @@ SMALL = {
     "simulate": "--minutes 0.5 --rounds 1",
     "torque": "--drives 1 --rows ordinary --seconds 120",
     "trucks": "FOLDER --smoke --jobs 1",
+    "drives_that_differ": "--smoke --jobs 1",
     "two_parts": "--tuning --drives 1 --rows ordinary,population --jobs 1",
     "speed": "--ticks 20000 --frames 20000 --rounds 1",
     "speed_page": "--scenario mid_speed_manoeuvre --formats .log,.mf4,.csv.gz --ticks 24000 --rounds 1",

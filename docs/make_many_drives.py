@@ -17,7 +17,7 @@ import oncenter as oc
 from oncenter.offset.answer import Answer
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate.truth import Truth
-from oncenter.truck.drives import Drives, together
+from oncenter.truck.drives import Summaries, together
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import Priors, priors_of
 from oncenter.truck.readings import loads_of
@@ -251,7 +251,7 @@ def draw_many_drives(drives: list[Driven], truck: Trucks, i_k: list[float], file
     """Reading over i K with the truck's line; beside it the eight intervals and the truck's."""
     figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.35, 1.0))
-    offset, offset_sd, pull = (float(one[0]) for one in (truck.offset, truck.offset_sd, truck.pull))
+    offset, offset_sd, pull = (float(one[0]) for one in (truck.less_pull, truck.less_pull_sd, truck.pull))
     offset, offset_sd = offset / DEGREE, offset_sd / DEGREE
     target = float(np.mean([drive.target for drive in drives]))
     line = np.array([0.0, 1.08 * max(i_k)])
@@ -283,7 +283,7 @@ def draw_many_drives(drives: list[Driven], truck: Trucks, i_k: list[float], file
     figure.savefig(file, dpi=DPI, metadata={"Software": None})
 
 
-def moved_by_pull(drives: Drives, priors: Priors) -> list[float]:
+def moved_by_pull(drives: Summaries, priors: Priors) -> list[float]:
     """Change of each reading by a pull, deg per m/s^2: i K as in truck/readings.py."""
     loads = loads_of(drives, priors)
     mean = loads.mean[:, 0]
@@ -313,13 +313,14 @@ def sentence(drives: list[Driven], truck: Trucks) -> str:
     errors = [abs(drive.value - drive.target) for drive in drives]
     halves = [0.5 * (drive.ci95[1] - drive.ci95[0]) for drive in drives]
     target = float(np.mean([drive.target for drive in drives]))
-    offset, half = float(truck.offset[0]) / DEGREE, 1.96 * float(truck.offset_sd[0]) / DEGREE
+    offset, half = float(truck.less_pull[0]) / DEGREE, 1.96 * float(truck.less_pull_sd[0]) / DEGREE
     return (
         f"The pull is {PULL_M_S2:g} m/s^2, the model finds {float(truck.pull[0]):.2f} ± {1.96 * truck.pull_sd[0]:.2f};"
         f" the bias is {BIAS_M_S2:g}, it finds {float(truck.accelerometer_bias[0]):.2f} ±"
         f" {1.96 * truck.accelerometer_bias_sd[0]:.2f}.\n"
         f"The single drives are {min(errors):.1f} to {max(errors):.1f} deg off, at half-widths of {min(halves):.1f} to"
-        f" {max(halves):.1f} deg. The truck's offset is {offset:.2f} ± {half:.2f} deg; the truth is {target:.2f} deg."
+        f" {max(halves):.1f} deg. Less the pull, the truck's offset is {offset:.2f} ± {half:.2f} deg; the truth is"
+        f" {target:.2f} deg."
     )
 
 

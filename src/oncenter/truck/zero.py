@@ -18,8 +18,8 @@ _DRIVES_MIN = 4
 _SURE_RAD = 1.0 * DEGREE  # sd of a drive that can contradict others
 _SCATTER_MIN_RAD, _SCATTER_SDS = 0.5 * DEGREE, 4.0  # of the drives about the steps that were found
 _OTHER_RAD, _OTHER_SDS = 0.8 * DEGREE, 4.0  # from which two drives have different offsets
-_OTHERS_SHARE = 0.5  # of a relative sensor's neighbours that differ
-_INDEPENDENT_MIN = 0.5  # von Neumann's ratio: 1 for independent values, 0 for a slow drift
+_OTHERS_SHARE = 0.45  # of a relative sensor's neighbours that differ
+_INDEPENDENT_MIN = 0.35  # von Neumann's ratio: 1 for independent values, 0 for a slow drift
 _STEPS_WITHIN, _STEPS_MIN = 12, 2  # drives, and steps in them from which the sensor is loose
 
 

@@ -22,6 +22,7 @@ from oncenter.live.session import Notices, Session
 from oncenter.live.trace import Trace, unit_of
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream
+from oncenter.signals import DEGREE
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +111,9 @@ def test_what_was_learned_is_resumed_from_the_newer_of_two_slots(log: Path, tmp_
     memory.close()
     resumed, lines = _resumed(frames, tmp_path, "truck 7")
     assert lines == ["resumed the saved state of truck 7"]
-    assert core_of(resumed).answer()["offset"] == kept
+    again = core_of(resumed).answer()["offset"]  # after an ignition, in which the truck may have changed
+    assert again["value"] == pytest.approx(kept["value"], abs=0.3 * DEGREE)
+    assert kept["standard_deviation"] <= again["standard_deviation"] < 2.0 * kept["standard_deviation"]
 
     path = tmp_path / "truck%207.state"
     image = bytearray(path.read_bytes())

@@ -304,10 +304,7 @@ void oc_hypothesis_change_between_drives(oc_hypothesis *h, const oc_hypothesis_d
     add_process_noise(h, UNLOADING, per_unloading, in_units(design, UNLOADING, unloading));
     const float play = oc_variance_between_drives(OC_BETWEEN_PLAY, off_s);
     add_process_noise(h, WIDTH, 0.0f, in_units(design, WIDTH, play));
-    const float wheelbase = oc_variance_between_drives(OC_BETWEEN_WHEELBASE, off_s);
-    add_process_noise(h, WHEELBASE, 0.0f, in_units(design, WHEELBASE, wheelbase));
-    const float gradient = oc_variance_between_drives(OC_BETWEEN_GRADIENT, off_s);
-    add_process_noise(h, GRADIENT, 0.0f, in_units(design, GRADIENT, gradient));
+    /* another load shows in bends (change.c): until then K and l are those of the last one */
     add_noise_to_constant(h, oc_variance_between_drives(OC_BETWEEN_OFFSET, off_s));
 }
 

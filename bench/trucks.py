@@ -37,8 +37,8 @@ PAGE = Path(__file__).parents[1] / "docs" / "many_drives.md"
 MARK = "<!-- below: written by bench/trucks.py --page -->\n"
 FOUND_WITHIN = 3  # drives
 TWELVE = {
-    "logs_three": "three loads, pull as believed",
-    "logs_one": "one load, pull as believed",
+    "logs_three": "three loads, pull by its prior",
+    "logs_one": "one load, pull by its prior",
     "logs_three_straight": "three loads, no pull",
     "logs_one_straight": "one load, no pull",
 }

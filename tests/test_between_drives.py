@@ -220,6 +220,8 @@ def test_a_sensor_that_was_remounted_once_has_the_offset_since(drives: list[Sign
         ((2.0, 2.1, 9.0, 2.0, 2.1, 2.0), [], "fixed"),  # one wrong drive
         ((2.0, 2.1, 1.9, 5.0, 5.1, 5.0), [3], "fixed"),
         ((2.0, 2.1, 5.0, 5.1, 8.0, 8.1), [2, 4], "moves"),
+        ((2.0, 2.1, 5.0, 5.1, 2.0, 2.1), [2, 4], "fixed"),  # remounted, then calibrated
+        ((2.0, 2.1, 5.0, 5.1, 2.0, 2.1, 6.0, 6.1), [2, 4, 6], "moves"),
         ((2.0, 2.7, 3.4, 4.1, 4.8, 5.5, 6.2, 6.9), [4], "moves"),
         ((6.1, -0.7, 11.0, -4.4), [], "relative"),
         ((6.1, -0.7, 11.0, -4.4, 3.0, -7.5), [2], "relative"),

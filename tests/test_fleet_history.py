@@ -126,7 +126,7 @@ def test_a_truck_whose_newest_drive_ended_with_a_fault_of_its_angle_sensor_needs
 
 
 def of_sd(sd: float, spread_sd: float, load_would_help: bool = True) -> Offset:
-    return Offset(2.0, sd, spread_sd, 0.0, 0.0, 0.05, 0.0, 0.05, load_would_help, None, [])
+    return Offset(2.0, sd, spread_sd, 0.0, 0.0, 0.05, 0.0, 0.05, load_would_help, "fixed", None, [])
 
 
 @pytest.mark.parametrize(

@@ -67,7 +67,7 @@ def test_logs_of_a_folder_are_in_order_of_start_time_or_else_of_name(
     dated.mkdir()
     for hours, name in ((3, "first.parquet"), (2, "second.parquet"), (1, "third.parquet")):
         metadata = {"start_time": f"2026-03-02T{hours:02}:00:00"}
-        steady_drive().table.write_parquet(dated / name, metadata=metadata)
+        steady_drive(radius_m=400.0 + 10.0 * hours).table.write_parquet(dated / name, metadata=metadata)
     given = answered([str(dated)], capfd)
     order = [given["log"].index(name) for name in ("third", "second", "first")]
     assert order == sorted(order)

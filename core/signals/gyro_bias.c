@@ -170,6 +170,20 @@ static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
     }
 }
 
+/* By the innovation of a reading: `Ph`, `past_covariance`: its covariances with the states and with the past error. */
+static void update(oc_gyro_bias *state, const double *Ph, float past_covariance, double innovation,
+                   double per_variance) {
+    for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
+        const double gain = Ph[j] * per_variance;
+        state->x[j] += gain * innovation;
+        for (int k = 0; k <= j; ++k) {
+            state->P[j][k] -= gain * Ph[k];
+            state->P[k][j] = state->P[j][k];
+        }
+    }
+    oc_past_bias_correct(&state->past, past_covariance, Ph, (float)innovation, (float)per_variance);
+}
+
 /* Measurement update by a reading of h'x with variance R. Returns the innovation over its predicted sd. Beyond
  * `outlier` the innovation's square replaces its variance. `h` has an axle's states; the bias has h = 1. */
 static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double reading, double R) {
@@ -191,16 +205,7 @@ static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double
     const double innovation = reading - expected;
     const double S = hPh + R;
     const double beyond = squared(innovation * (1.0 / outlier));
-    const double per_variance = 1.0 / (beyond > S ? beyond : S);
-    for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
-        const double gain = Ph[j] * per_variance;
-        state->x[j] += gain * innovation;
-        for (int k = 0; k <= j; ++k) {
-            state->P[j][k] -= gain * Ph[k];
-            state->P[k][j] = state->P[j][k];
-        }
-    }
-    oc_past_bias_correct(&state->past, past_covariance, Ph, (float)innovation, (float)per_variance);
+    update(state, Ph, past_covariance, innovation, 1.0 / (beyond > S ? beyond : S));
     return innovation / sqrt(S);
 }
 
@@ -314,6 +319,10 @@ static void watch_radii(oc_gyro_bias *state, double rear, double front) {
     }
 }
 
+static double moved_mismatch(const oc_gyro_bias *state, int32_t axle) {
+    return state->x[state_of(axle, OC_READING_MISMATCH)] - state->mismatch_before[axle];
+}
+
 /* Measurement update: the axle's mismatch is still the one before. */
 static void take_as_unchanged(oc_gyro_bias *state, int32_t axle) {
     const int m = state_of(axle, OC_READING_MISMATCH);
@@ -321,17 +330,7 @@ static void take_as_unchanged(oc_gyro_bias *state, int32_t axle) {
     for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
         Ph[j] = state->P[j][m];
     }
-    const double per_variance = 1.0 / (Ph[m] + squared(unchanged_sd));
-    const double innovation = state->mismatch_before[axle] - state->x[m];
-    const float past_covariance = state->past.covariance[m];
-    for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
-        const double gain = Ph[j] * per_variance;
-        state->x[j] += gain * innovation;
-        for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
-            state->P[j][k] -= gain * Ph[k];
-        }
-    }
-    oc_past_bias_correct(&state->past, past_covariance, Ph, (float)innovation, (float)per_variance);
+    update(state, Ph, state->past.covariance[m], -moved_mismatch(state, axle), 1.0 / (Ph[m] + squared(unchanged_sd)));
 }
 
 static void keep_mismatches(oc_gyro_bias *state) {
@@ -339,10 +338,6 @@ static void keep_mismatches(oc_gyro_bias *state) {
         state->mismatch_before[axle] = state->x[state_of(axle, OC_READING_MISMATCH)];
     }
     state->bias_before = state->x[BIAS];
-}
-
-static double moved_mismatch(const oc_gyro_bias *state, int32_t axle) {
-    return state->x[state_of(axle, OC_READING_MISMATCH)] - state->mismatch_before[axle];
 }
 
 /* rad/s, change of the bias if the axle's mismatch is the one before. */

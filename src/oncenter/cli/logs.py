@@ -156,12 +156,14 @@ def _given_twice(found: Kind, twice: Sequence[Path]) -> list[Finding]:
 
 @finding("logs_overlap", "warning")
 def _overlaps(found: Kind, drives: Sequence[Signals]) -> list[Finding]:
-    """Among drives with the time of day: one truck cannot be on two of them at once."""
+    """Among drives with the time of day: one truck cannot be on two of them at once. Copies and parts count once."""
+    from oncenter.offset.inputs import without_copies
 
     def span(drive: Signals) -> tuple[float, float]:
         return float(drive.columns["time_s"][0]), float(drive.columns["time_s"][-1])
 
-    dated = sorted((drive for drive in drives if span(drive)[0] > EPOCH_S), key=span)
+    once, _ = without_copies(tuple(drives))
+    dated = sorted((drive for drive in once if span(drive)[0] > EPOCH_S), key=span)
     return [
         found(
             f"{one.log} and {other.log} overlap in time for {min(span(one)[1], span(other)[1]) - span(other)[0]:.0f} s."

@@ -21,7 +21,6 @@ from oncenter.truck.model import learn
 from oncenter.truck.priors import priors_of
 from oncenter.vehicle import Vehicle
 
-_DRIVES_MIN = 4  # that can show another zero at each start
 _USES_MEMORY: Method = "joint"
 _NOTHING_ADDED = "this drive was not added to the truck's memory, since one of its signals is at fault"
 
@@ -66,7 +65,7 @@ def offset_with_memory(
 def _with_zero(answer: Answer, memory: TruckMemory) -> Answer:
     """The answer with what the remembered offsets say of the sensor's zero."""
     past = [drive for drive in memory.drives if drive.offset is not None and drive.offset_sd is not None]
-    if answer.zero != "fixed" or len(past) < _DRIVES_MIN:
+    if answer.zero != "fixed" or not past:
         return answer
     ratio, side = answer.vehicle.ratio_near_centre, answer.vehicle.traffic_sign
     drives = [offset_alone(drive.offset or 0.0, drive.offset_sd or 0.0, ratio, side) for drive in past]

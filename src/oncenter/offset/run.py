@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -41,6 +42,9 @@ from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
 from oncenter.vehicle import Vehicle, check_vehicle, core_of, core_params
+
+if TYPE_CHECKING:
+    from oncenter.offset.several_logs import Together
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): wrong signs and scales are outside
@@ -100,42 +104,45 @@ def _of_all(
     progress: Callable[[float], None] | None,
 ) -> Answer:
     """The answer with the wheelbase that fits where the file's is wrong."""
-    first: list[Finding] = []
-    native, finish = _answered(logs, vehicle, params, method, progress)
-    if method == "joint":
-        fitted = fitted_vehicle(
-            native, logs, vehicle, params, lambda other: _answered(logs, other, params, method, None)[0]
-        )
-        if fitted is not None:
-            first.append(far_off(fitted, vehicle))
-            _, finish = _answered(logs, fitted, params, method, None)
-    answer = finish()
-    return replace(answer, findings=(*first, *answer.findings))
+    result = _result(logs, vehicle, params, method, progress)
+    if method != "joint":
+        return _whole(result, vehicle, method, params)
+    fitted = fitted_vehicle(
+        result.native, logs, vehicle, params, lambda other: _result(logs, other, params, method, None).native
+    )
+    if fitted is None:
+        return _whole(result, vehicle, method, params)
+    answer = _whole(_result(logs, fitted, params, method, None), fitted, method, params)
+    return replace(answer, findings=(far_off(fitted, vehicle), *answer.findings))
 
 
-def _answered(
+class _Result(NamedTuple):
+    """The core's answer, the logs that it is of, and the changes in them; of several drives also what only several can
+    say."""
+
+    native: _core.OcAnswer
+    changes: tuple[Change, ...]
+    logs: tuple[Signals, ...]
+    together: Together | None = None
+
+
+def _result(
     logs: tuple[Signals, ...],
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
-) -> tuple[_core.OcAnswer, Callable[[], Answer]]:
-    """The core's answer, and what makes it a whole one. By the joint method each drive is answered alone."""
+) -> _Result:
+    """By the joint method each drive is answered alone, and the truck's model combines them."""
     drives = drives_in(logs) if method == "joint" else (logs,)
     runs = [_run_over(drive, vehicle, params, method, progress) for drive in drives]
     if len(drives) == 1:
-        [(native, changes)] = runs
-        return native, lambda: _whole(native, changes, logs, vehicle, method, params)
-    from oncenter.offset.several_logs import Drive, changes_of_all, combined, with_logs  # late: one log needs no model
+        return _Result(*runs[0], logs)
+    from oncenter.offset.several_logs import Drive, changes_of_all, combined  # late: one log needs no model
 
     together = combined(tuple(Drive(drive, *run) for drive, run in zip(drives, runs, strict=True)), vehicle, params)
-
-    def finish() -> Answer:
-        since = tuple(log for drive in together.drives for log in drive.logs)
-        whole = _whole(together.native, changes_of_all(together), since, vehicle, method, params)
-        return with_logs(whole, together)
-
-    return together.native, finish
+    since = tuple(log for drive in together.drives for log in drive.logs)
+    return _Result(together.native, changes_of_all(together), since, together)
 
 
 def _run_over(
@@ -151,20 +158,18 @@ def _run_over(
     return native, changes_of(native, changes_found, logs)
 
 
-def _whole(
-    native: _core.OcAnswer,
-    changes: tuple[Change, ...],
-    logs: tuple[Signals, ...],
-    vehicle: Vehicle,
-    method: Method,
-    params: Mapping[str, float],
-) -> Answer:
-    answer = answer_of(native, changes, logs, vehicle, method, params)
+def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[str, float]) -> Answer:
+    native, logs = result.native, result.logs
+    answer = answer_of(native, result.changes, logs, vehicle, method, params)
     moves = answer.zero == "moves" or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
-    contradicts = moves or is_implausible(native)
-    answer = without_faulty_estimates(answer, contradicts=contradicts)
+    answer = without_faulty_estimates(answer, contradicts=moves or is_implausible(native))
     found = coarse_recording_findings(native, coarseness_of(logs), method)
-    return replace(answer, findings=(*answer.findings, *found))
+    answer = replace(answer, findings=(*answer.findings, *found))
+    if result.together is None:
+        return answer
+    from oncenter.offset.several_logs import with_logs  # late, as above
+
+    return with_logs(answer, result.together)
 
 
 def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:

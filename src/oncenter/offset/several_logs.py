@@ -71,7 +71,9 @@ def combined(drives: tuple[Drive, ...], vehicle: Vehicle, params: Mapping[str, f
     if len(usable) < 2:
         return _by_one(drives, usable)
     changed = np.array([[any(map(_moved_offset, drives[k].changes)) for k in usable]])
-    pairs = [] if len(usable) >= _MODEL_FROM else _by_pairs(drives, usable, summaries, priors)
+    pairs = _by_pairs(drives, usable, summaries, priors)
+    if len(usable) >= _MODEL_FROM:  # the model finds a step by the drives after it; before the last one there is one
+        pairs = [step for step in pairs if step.at == usable[-1] and _is_new(step, usable, summaries)]
     for step in pairs:
         changed[0, usable.index(step.at)] = True
     model = learn(together([[summaries[k] for k in usable]]), priors, changed)
@@ -115,6 +117,12 @@ def _by_pairs(
         if abs(size) > max(_STEP_MIN_RAD, _STEP_SDS * sd):
             steps.append(LogStep(later, size, sd))
     return steps
+
+
+def _is_new(step: LogStep, usable: Sequence[int], summaries: Sequence[Summary]) -> bool:
+    """Whether the drive after the step differs as much from most of those before it: the one before may be wrong."""
+    before = float(np.median([summaries[k].offset for k in usable if k < step.at]))
+    return abs(summaries[step.at].offset - before) > max(_STEP_MIN_RAD, _STEP_SDS * step.sd)
 
 
 def _as_one_drive(

@@ -1,6 +1,7 @@
 """One model over a truck's drives: the quantities that stay with the truck, and the steps of its offset.
 
-It runs twice: with a small and with a large steering effect of ride height. The results are weighted by likelihood.
+It runs four times: to find the steps; with a small and with a large steering effect of ride height, whose results are
+weighted by likelihood; and without a pull, for the drives' common reading.
 """
 
 from __future__ import annotations

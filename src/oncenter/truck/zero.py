@@ -20,7 +20,11 @@ _SCATTER_MIN_RAD, _SCATTER_SDS = 0.5 * DEGREE, 4.0  # of the drives about the st
 _OTHER_RAD, _OTHER_SDS = 0.8 * DEGREE, 4.0  # from which two drives have different offsets
 _OTHERS_SHARE = 0.45  # of a relative sensor's neighbours that differ
 _INDEPENDENT_MIN = 0.35  # von Neumann's ratio: 1 for independent values, 0 for a slow drift
-_STEPS_WITHIN, _STEPS_MIN = 12, 2  # drives, and steps in them from which the sensor is loose
+_STEPS_WITHIN, _STEPS_MIN = (
+    12,
+    2,
+)  # drives, and steps in them to one side from which the sensor is loose; a step back is
+# a calibration
 
 
 def zero_of(offsets: Numbers, sds: Numbers, steps: Sequence[int]) -> Zero:
@@ -30,7 +34,7 @@ def zero_of(offsets: Numbers, sds: Numbers, steps: Sequence[int]) -> Zero:
         steps: the first drives of new offsets that were found.
     """
     sure = sds < _SURE_RAD
-    steps = [int(np.sum(sure[:at])) for at in steps]
+    steps = sorted({int(np.sum(sure[:at])) for at in steps})
     offsets, sds, count = offsets[sure], sds[sure], int(np.sum(sure))
     if count < _DRIVES_MIN:
         return "fixed"
@@ -40,14 +44,19 @@ def zero_of(offsets: Numbers, sds: Numbers, steps: Sequence[int]) -> Zero:
         independent = float(np.mean(change**2) / (2.0 * np.var(offsets)))
         is_relative = np.mean(differs) > _OTHERS_SHARE and independent > _INDEPENDENT_MIN
         return "relative" if is_relative else "moves"
-    recent = [at for at in steps if at >= count - _STEPS_WITHIN]
-    return "moves" if len(recent) >= _STEPS_MIN else "fixed"
+    sizes = np.diff([np.median(part) for part in _parts(offsets, steps)])
+    recent = sizes[[at >= count - _STEPS_WITHIN for at in steps if 0 < at < count]]
+    goes_on = len(recent) >= _STEPS_MIN and (np.all(recent > 0.0) or np.all(recent < 0.0))
+    return "moves" if goes_on or len(recent) > _STEPS_MIN else "fixed"
+
+
+def _parts(offsets: Numbers, steps: Sequence[int]) -> list[Numbers]:
+    return [part for part in np.split(offsets, steps) if len(part)]
 
 
 def _scatters(offsets: Numbers, sds: Numbers, steps: Sequence[int]) -> bool:
     """Whether the drives differ by more than the steps, without the worst of every eight drives."""
-    parts = [part for part in np.split(offsets, steps) if len(part)]
-    apart = np.concatenate([part - np.median(part) for part in parts])
+    apart = np.concatenate([part - np.median(part) for part in _parts(offsets, steps)])
     kept = np.argsort(np.abs(apart))[: len(apart) - max(1, len(apart) // 8)]
     scatter = float(np.sqrt(np.mean(apart[kept] ** 2)))
     return scatter > _SCATTER_MIN_RAD and scatter > _SCATTER_SDS * float(np.median(sds))

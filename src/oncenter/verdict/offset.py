@@ -64,24 +64,26 @@ def _no_verdict(answer: Estimates) -> Verdict:
     return _verdict("no_verdict", f"No verdict: check {check}.", "Correct the signal, then read the log again.", note)
 
 
-def _no_correction(answer: Estimates, limit_deg: float) -> Verdict:
+def _found(answer: Estimates, limit_deg: float, which: str) -> str:
+    """A sentence with the offset's value; empty without one."""
     value, half_width_rad = answer.offset.value, answer.offset_half_width_rad
-    found = ""
-    if value is not None and half_width_rad is not None:
-        found = f" The {_OFFSET} of this drive is {plus_minus(value, half_width_rad)} (limit {limit_deg:g} deg)."
+    if value is None or half_width_rad is None:
+        return ""
+    return f"The {which} is {plus_minus(value, half_width_rad)} (limit {limit_deg:g} deg)."
+
+
+def _no_correction(answer: Estimates, limit_deg: float) -> Verdict:
+    found = _found(answer, limit_deg, f"{_OFFSET} of this drive")
     return _verdict(
         "no_correction",
-        f"No correction: the steering wheel angle sensor is relative, without a fixed zero.{found}",
+        f"No correction: the steering wheel angle sensor is relative, without a fixed zero. {found}".rstrip(),
         "Do not store a correction: the zero of this sensor changes at each ignition.",
         _change(answer),
     )
 
 
 def _moves(answer: Estimates, limit_deg: float) -> Verdict:
-    value, half_width_rad = answer.offset.value, answer.offset_half_width_rad
-    last = ""
-    if value is not None and half_width_rad is not None:
-        last = f"The last {_OFFSET} is {plus_minus(value, half_width_rad)} (limit {limit_deg:g} deg)."
+    last = _found(answer, limit_deg, f"last {_OFFSET}")
     return _verdict(
         "repair", "Repair: the zero of the steering wheel angle sensor moves.", f"{LOOSE} Then drive again.", last
     )

@@ -165,8 +165,8 @@ def _at_fault(ranked: Sequence[dict[str, Any]]) -> str:
     if not rows:
         return ""
     items = [
-        f"<li>{_link(row)}: the newest drive, {_day(row['last_drive'])}, ended with a fault of the steering wheel "
-        "angle sensor.</li>"
+        f"<li>{_link(row)}: a fault of the steering wheel angle sensor at the newest drive, {_day(row['last_drive'])}, "
+        "or its zero moves from drive to drive.</li>"
         for row in rows[:_LISTED]
     ]
     more = f'<p class="quiet">The first {_LISTED} of {len(rows)}.</p>' if len(rows) > _LISTED else ""

@@ -24,7 +24,13 @@ from oncenter.fleet.undecided import STATE_WORDS
 from oncenter.report.canvas import COLOURS, plain
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 
-STATE_COLOURS = {"recalibrate": "rejected", "repair": "right", "undecided": "estimate", "within": "used"}
+STATE_COLOURS = {
+    "recalibrate": "rejected",
+    "repair": "right",
+    "undecided": "estimate",
+    "within": "used",
+    "no_correction": "measured",
+}
 CAUSE_COLOURS = {
     "sensor_or_alignment": "rejected",
     "wheel_alignment": "right",

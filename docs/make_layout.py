@@ -44,7 +44,7 @@ def rows(struct: str, found: list[Number]) -> Iterator[str]:
     def row(first: str, kind: str, count: int, step: int, times: int) -> str:
         if times == 1:
             return f"{kind}({struct}, {first}, {count}),"
-        return f"{kind}_OF_EACH({struct}, {first}, {count}, {first.rpartition('[0]')[0]}),"
+        return f"{kind}_OF_EACH({struct}, {first}, {count}, {first.partition('[0]')[0]}),"
 
     first, kind, count, end, each = "", "", 0, -1, (0, 1)
     for name, of, place, step, times in found:

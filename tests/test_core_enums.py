@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from random_drives import Array, drive
 from saved_ecu import Ecu, legs, sealed
+from test_core_assignment import found as signal_faults
 from test_core_change import bends, detected, noise
 from test_core_reach import CAUSES, SPEED, WHEELS, YAW_RATE, core_of, refusal, steady
 from test_core_sensor_fault import judged, weaving
@@ -151,6 +152,7 @@ REACHED: dict[str, Callable[[], set[int]]] = {
     "oc_method": lambda: own_way(_core.METHODS, lambda name: (name, "observer")),
     "oc_angle_method": lambda: own_way(_core.ANGLE_METHODS, lambda name: ("joint", name)),
     "oc_fault": faults,
+    "oc_signal_fault": signal_faults,
     "oc_change_kind": changes,
     "oc_image_fault": image_faults,
     "oc_angle_source": sources,

@@ -94,7 +94,7 @@ def used(columns: dict[str, Array]) -> tuple[float, float, float]:
         gyro.past.waiting_s += 1.0 / RATE_HZ
         if gyro.due > 0:
             lib.oc_gyro_bias_work(gyro, design, params)
-        lib.oc_gyro_bias_update(gyro, design, params, tick)
+        lib.oc_gyro_bias_update(gyro, design, params, tick, 0.0)
     past = ffi.addressof(gyro, "past")
     return Truth().bias - float(np.mean(taken_off)), past.bias, lib.oc_past_bias_sd(past, gyro.sd)
 

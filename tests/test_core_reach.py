@@ -53,6 +53,7 @@ CAUSES: dict[str, Callable[[], dict[str, Array]]] = {
     "bank": lambda: steady(**{ACCELERATION: 5.0}),
     "yaw_rate_bias": running_away,
     "lateral_acceleration": lambda: steady(**{YAW_RATE: 0.2, ACCELERATION: 4.0}),
+    "signal_fault": lambda: steady(**{ANGLE: np.where(np.arange(6000) % 2 == 0, 0.03, 0.0)}),
 }
 
 

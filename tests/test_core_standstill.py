@@ -17,7 +17,7 @@ def stood(
 ) -> Any:
     state = ffi.new("oc_standstill *")
     for v, r in zip(speed.tolist(), yaw_rate.tolist(), strict=True):
-        lib.oc_standstill_update(state, settling_ticks, v, 0.1, r, 10 * r, has)
+        lib.oc_standstill_update(state, settling_ticks, v, 0.1, r, 10 * r, has, 0.0)
     return state
 
 

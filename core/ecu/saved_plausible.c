@@ -8,7 +8,7 @@
 
 /* Numerical. */
 /* Against overflow; wider than the values of any drive. */
-enum { NOT_NEGATIVE, SHARE, PLACE, SECOND, YAW_RATE, ACCELERATION, SPEED, ANGLE, ESTIMATE, TORQUE, SUM };
+enum { NOT_NEGATIVE, SHARE, PLACE, SECOND, YAW_RATE, ACCELERATION, SPEED, ANGLE, ESTIMATE, TORQUE, SUM, SQUARES };
 static const struct {
     float low, high;
 } limits[] = {
@@ -23,6 +23,7 @@ static const struct {
     [ESTIMATE] = {-1e5f, 1e5f},
     [TORQUE] = {-1e4f, 1e4f}, /* N m, N m per m/s^2 */
     [SUM] = {-1e6f, 1e6f}, /* over a second's ticks */
+    [SQUARES] = {-1e15f, 1e15f}, /* of signals decoded from wrong bits */
 };
 
 /* Consecutive numbers in the state: offset of the first in bytes, count, range; for an array also the number of structs
@@ -39,7 +40,10 @@ enum {
     MOMENTS = sizeof(oc_moments) / WORD,
     AXLES = sizeof(oc_gyro_reading) / WORD,
     ESTIMATES = sizeof(oc_estimate) / WORD,
-    HYPOTHESES = sizeof(oc_hypothesis) / WORD
+    HYPOTHESES = sizeof(oc_hypothesis) / WORD,
+    WATCHES = sizeof(oc_signal_watch) / WORD,
+    WITNESSES = sizeof(oc_witness) / WORD,
+    PAIRS = sizeof(oc_signal_pair) / WORD
 };
 
 /* Compiles only if the numbers below fit a member, and the estimates are consecutive, like an array. */
@@ -81,6 +85,15 @@ static const member doubles[] = {
 };
 
 static const member floats[] = {
+    {offsetof(oc_state, tracking.assignment.watches[0].last), offsetof(oc_signal_watch, held_ticks) / WORD, SQUARES,
+     OC_WATCHED, WATCHES},
+    {offsetof(oc_state, tracking.assignment.levels), OC_WATCHED * sizeof(oc_signal_level) / WORD, SQUARES, 1, 0},
+    {offsetof(oc_state, tracking.assignment.witnesses[0].means), offsetof(oc_witness, steps) / WORD, SQUARES,
+     OC_WITNESSES, WITNESSES},
+    {offsetof(oc_state, tracking.assignment.pairs[0].products), offsetof(oc_signal_pair, halved) / WORD, SQUARES,
+     OC_PAIRS, PAIRS},
+    {offsetof(oc_state, tracking.assignment.sums), (offsetof(oc_assignment, ticks) - offsetof(oc_assignment, sums)) / WORD,
+     SQUARES, 1, 0},
     {offsetof(oc_state, tracking.joint.prior.unloading_mean), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, tracking.angle.yaw_rate_first), 2, YAW_RATE, 1, 0}, /* and yaw_rate */
     {offsetof(oc_state, tracking.angle.speed), 1, SPEED, 1, 0},
@@ -91,6 +104,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.along), 2, SECOND, 1, 0}, /* and across */
     {offsetof(oc_state, evidence.joint.second.used_s), 2, NOT_NEGATIVE, 1, 0}, /* and trial_s */
     {offsetof(oc_state, evidence.joint.second.second_s), 1, SECOND, 1, 0},
+    {offsetof(oc_state, evidence.joint.second.reference), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.joint.second.memory_share), 1, SHARE, 1, 0},
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.unloading), 1, ACCELERATION, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].learned_s), 2, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},

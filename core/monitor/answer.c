@@ -47,7 +47,7 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     } else {
         oc_learn_straight_ahead(now, &verdicts, &learned, c);
     }
-    learned.offset.status = oc_offset_status(now, learned.offset.status);
+    learned.offset.status = oc_offset_status(state, learned.offset.status);
     const double used = jointly ? (double)now->joint.second.used_s / c->tick_s : now->offset.ticks.weight;
     const double K = learned.understeer_gradient.value;
     const double time_min = c->params.standstill_time_min_s;
@@ -64,7 +64,10 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
     answer->unloading_acceleration = learned.unloading_acceleration;
     answer->equivalent_wheelbase = learned.equivalent_wheelbase;
     answer->changes = jointly ? now->joint.changes : 0;
-    answer->fault = now->fault.fault;
+    answer->fault = oc_published_fault(state);
+    answer->signal_fault = state->tracking.assignment.fault;
+    answer->signals_at_fault = state->tracking.assignment.at_fault;
+    answer->signal_fault_value = (double)state->tracking.assignment.value;
     answer->yaw_rate_bias = yaw_rate_bias_of(now, c);
     answer->yaw_rate_bias_wheel_time = has_wheel_bias(now, c) ? now->gyro_bias.wheel_evidence : 0.0;
     answer->yaw_rate_bias_alarm_time = now->gyro_bias.alarm_time;

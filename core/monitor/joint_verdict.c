@@ -10,6 +10,8 @@ static const float play_min = 0.5f * 0.017453292f; /* rad: play from which on tw
 static const float recent_share = 0.0125f; /* 1/s: weight of a second in the recent offset: 80 s */
 static const float of_movement = 1.25f; /* sd of a moving offset over its recent movement */
 static const float wheelbase_observable = 0.02f; /* maximum sd of an identified wheelbase, as a share */
+static const float gradient_max = 1.2f * 0.017453292f; /* rad/(m/s^2): maximum understeer gradient of any truck */
+static const float wheelbase_off_max = 0.3f; /* maximum error of the wheelbase of an answer that is valid, as a share */
 /* end */
 
 /* rad, sd that decides the offset's status: the drive's part, or more where the offset is still moving. */
@@ -50,8 +52,11 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
         found.of[OC_OF_OFFSET].sd = root_sum_square(found.of[OC_OF_OFFSET].sd, by_leak);
     }
     /* unmodelled play looks like oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
-    const bool understeers = found.of[OC_OF_GRADIENT].value > 0.0f;
-    const bool enough = understeers && found.used >= (float)p->joint_evidence_min_s &&
+    const float K = found.of[OC_OF_GRADIENT].value;
+    const bool understeers = K > 0.0f && K < gradient_max;
+    /* an angle, a yaw rate or a vehicle file of another size */
+    const bool fits = fabsf(found.of[OC_OF_WHEELBASE].value) < wheelbase_off_max;
+    const bool enough = understeers && fits && found.used >= (float)p->joint_evidence_min_s &&
                         !oc_bank_watch_drifts(&evidence->bank_watch) && !oc_joint_is_implausible(&evidence->joint);
     const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->recent_offset : 0.0f;
     verdicts->recent_offset = found.of[OC_OF_OFFSET].value - (1.0f - recent_share) * moved;

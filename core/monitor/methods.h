@@ -37,8 +37,11 @@ void oc_observe_motion(oc_tick *tick, oc_tracking *tracking, const oc_coefficien
 void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                      const oc_coefficients *c);
 
-/* The offset's status: invalid while its sensor is at fault. */
-oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned);
+/* The offset's status: invalid while its sensor or a signal is at fault. */
+oc_status oc_offset_status(const oc_state *state, oc_status learned);
+
+/* The fault of the angle sensor; none while another signal, with which the sensor is compared, is at fault. */
+oc_fault oc_published_fault(const oc_state *state);
 
 /* Fills a tick's output. */
 void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick);

@@ -15,6 +15,12 @@ void oc_restart(oc_state *state, double elapsed_s) {
     oc_gyro_bias_restart(&state->evidence.gyro_bias, elapsed_s);
 }
 
+/* Tuned, in tuned.toml: monitor */
+/* rad: angle from straight ahead up to which a truck that seems to stand cannot creep through a turn */
+static const double near_straight = 5.0 * 0.017453292f;
+static const double near_unknown_straight = 20.0 * 0.017453292f; /* rad: the same while the offset is not learned */
+/* end */
+
 static void set_yaw_rate_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_params *p) {
     const oc_estimate bias = oc_gyro_bias_get(gyro_bias, p);
     tick->yaw_rate_bias = bias.value;
@@ -38,13 +44,20 @@ static bool is_angle_discarded(const oc_fault_watch *watch, bool suspected, oc_m
     return (watch->fault != OC_FAULT_NONE && !has_new_offset) || (method != OC_METHOD_JOINT && suspected);
 }
 
+static void check_assignment(oc_tick *tick, oc_assignment *assignment, const oc_assignment_design *design) {
+    const uint32_t sent = tick->signals.valid;
+    tick->signals.valid = oc_signals_measured(&tick->signals);
+    oc_assignment_update(assignment, design, &tick->signals, sent);
+    tick->at_fault = (uint32_t)assignment->at_fault;
+}
+
 /* Clears the valid bits of unused measurements. The accelerometer is always used at standstill. Where it is not
  * available, the lateral acceleration on a road of the mean bank replaces it. */
 static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_evidence *evidence,
                            const oc_params *p) {
     oc_signals *signals = &tick->signals;
     const bool stands = fabs(signals->vehicle_speed) <= p->standstill_speed_max_m_s;
-    signals->valid = oc_signals_measured(signals);
+    signals->valid &= ~(tick->at_fault & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE);
     if (!p->use_accelerometer && !stands) {
         signals->valid &= ~(uint32_t)OC_HAS_LATERAL_ACCELERATION;
     }
@@ -53,7 +66,8 @@ static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_
     }
     tick->measured = signals->valid;
     tick->suspected = oc_fault_suspected(watch);
-    if (is_angle_discarded(watch, tick->suspected, p->method)) {
+    const bool angle_at_fault = (tick->at_fault & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
+    if (angle_at_fault || is_angle_discarded(watch, tick->suspected, p->method)) {
         signals->valid &= ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE;
     }
 }
@@ -139,7 +153,7 @@ static void wait_for_signals(oc_tick *tick, oc_tracking *tracking, oc_standstill
     oc_pending_drop(&tracking->straight);
     oc_pending_drop(&tracking->cornering);
     standstill->still_ticks = 0;
-    tick->reasons = OC_REASON_MISSING_SIGNAL;
+    tick->reasons = tick->at_fault != 0 ? OC_REASON_SIGNAL_FAULT : OC_REASON_MISSING_SIGNAL;
 }
 
 /* A hole precedes this tick, or the clock was set back. Half a tick is a margin for rounded time stamps. */
@@ -149,6 +163,26 @@ static void watch_holes(oc_tick *tick, oc_tracking *tracking, const oc_coefficie
         tracking->has_complete && (hole < -c->tick_s || (hole > c->params.gap_max_s && hole > c->tick_s));
     tracking->last_complete = tick->signals.time;
     tracking->has_complete = 1;
+}
+
+/* Below the speed at which the signal begins, the truck may creep along the circle of its steering wheel angle. */
+static void watch_speed_floor(oc_tick *tick, oc_evidence *evidence, const oc_learned *learned,
+                              const oc_coefficients *c) {
+    const bool has_offset = learned->offset.status != OC_UNOBSERVABLE;
+    const oc_signals *signals = &tick->signals;
+    tick->creep = 0.0;
+    if ((signals->valid & OC_HAS_VEHICLE_SPEED) == 0) {
+        return;
+    }
+    if (fabs(signals->vehicle_speed) > c->params.standstill_speed_max_m_s) {
+        oc_speed_floor_update(&evidence->speed_floor, (float)signals->vehicle_speed, (float)c->tick_s);
+        return;
+    }
+    const double straight = has_offset ? near_straight : near_unknown_straight;
+    const double turned = fabs(signals->steering_wheel_angle - learned->offset.value) - straight;
+    if ((signals->valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0 && turned > 0.0) {
+        tick->creep = (double)oc_speed_floor_get(&evidence->speed_floor) * turned / c->ratio_times_wheelbase;
+    }
 }
 
 /* Averages the sensors' zero errors at standstill. Afterwards the filters begin anew, so that an ignition cycle during
@@ -163,7 +197,8 @@ static void average_standstill(oc_tick *tick, oc_standstill *standstill, const o
     }
     const double speed_max = c->params.standstill_speed_max_m_s;
     oc_standstill_update(standstill, c->gyro_bias.settling_ticks, tick->sensed.speed, speed_max, signals->yaw_rate,
-                         signals->lateral_acceleration, (signals->valid & OC_HAS_LATERAL_ACCELERATION) != 0);
+                         signals->lateral_acceleration, (signals->valid & OC_HAS_LATERAL_ACCELERATION) != 0,
+                         tick->creep);
     tick->stands = standstill->still_ticks >= c->gyro_bias.settling_ticks && fabs(tick->sensed.speed) <= speed_max;
     tick->reasons = tick->stands ? OC_REASON_SPEED : 0;
 }
@@ -275,6 +310,9 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     }
     tick->clock_set_back = verdict == OC_CLOCK_SET_BACK;
     ++evidence->ticks;
+
+    /* whether each signal is what its name says */
+    check_assignment(tick, &tracking->assignment, &c->assignment);
     select_signals(tick, &tracking->fault, evidence, &c->params);
 
     /* what earlier ticks deferred */
@@ -282,7 +320,8 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     work(state, c, has_all);
 
     /* 5.3.1: the gyro's bias, also without an angle */
-    oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals);
+    watch_speed_floor(tick, evidence, &state->learned, c);
+    oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals, tick->creep);
     set_yaw_rate_bias(tick, gyro_bias, &c->params);
 
     /* chapter 4: the motion for the observer */

@@ -6,6 +6,7 @@
  * and saved: tracking (filters and pending blocks, lost at ignition), evidence (kept) and learned (the estimates). */
 
 #include "angle.h"
+#include "assignment.h"
 #include "clock.h"
 #include "estimate.h"
 #include "gyro_bias.h"
@@ -17,6 +18,7 @@
 #include "sensor_fault.h"
 #include "signals.h"
 #include "smooth.h"
+#include "speed_floor.h"
 #include "standstill.h"
 #include "torque.h"
 #include "trig.h"
@@ -39,6 +41,7 @@ typedef struct {
     oc_vehicle vehicle;
     oc_params params;
     oc_preprocess preprocess;
+    oc_assignment_design assignment;
     oc_gyro_bias_design gyro_bias;
     oc_joint_design joint;
     oc_torque_design torque;
@@ -58,6 +61,7 @@ typedef struct {
     int32_t has_complete;       /* a tick with all its signals has occurred */
     int32_t running;            /* the filters have a state; not at standstill */
     double last_complete;       /* s, of the last tick with all its signals */
+    oc_assignment assignment;
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */
     oc_pending cornering;       /* for the understeer gradient */
@@ -76,6 +80,7 @@ typedef struct {
     oc_offset offset;
     oc_understeer understeer;
     oc_standstill standstill;
+    oc_speed_floor speed_floor;
     oc_gyro_bias gyro_bias;
     oc_wheel_speed wheel_speed;
     oc_joint joint;
@@ -138,6 +143,8 @@ typedef struct {
     oc_fault fault;              /* of the steering wheel angle sensor */
     double fault_since;          /* s */
     double fault_confidence;     /* lower bound of its probability, 0 to 1 */
+    oc_signal_fault signal_fault; /* of a signal as its source sends it; the offset is invalid then */
+    int32_t signals_at_fault;    /* oc_signal_bit */
 } oc_output;
 
 typedef struct {
@@ -151,6 +158,9 @@ typedef struct {
     oc_estimate unloading_acceleration;    /* m/s^2, neutral lateral acceleration, as measured */
     oc_estimate equivalent_wheelbase;      /* m; unobservable: the vehicle file's */
     oc_fault fault;                        /* of the angle sensor; during a fault the offset is invalid */
+    oc_signal_fault signal_fault;          /* of a signal as its source sends it; the offset is invalid then */
+    int32_t signals_at_fault;              /* oc_signal_bit */
+    double signal_fault_value;             /* number in gaps, s of lag or at one value, factor, size of a jump */
     int32_t changes;                       /* found in the drive; the last OC_CHANGES_MAX are in */
     oc_changed changed[OC_CHANGES_MAX];    /* the k-th at k modulo OC_CHANGES_MAX */
     oc_estimate yaw_rate_bias;             /* rad/s, now; without wheel speeds, by standstill */

@@ -1,7 +1,14 @@
 #include "methods.h"
 
-oc_status oc_offset_status(const oc_evidence *evidence, oc_status learned) {
-    return learned != OC_UNOBSERVABLE && evidence->fault.fault != OC_FAULT_NONE ? OC_INVALID : learned;
+oc_status oc_offset_status(const oc_state *state, oc_status learned) {
+    const bool sensor_fault = state->evidence.fault.fault != OC_FAULT_NONE;
+    return state->tracking.assignment.at_fault != 0 || (learned != OC_UNOBSERVABLE && sensor_fault) ? OC_INVALID
+                                                                                                   : learned;
+}
+
+oc_fault oc_published_fault(const oc_state *state) {
+    const bool another = (state->tracking.assignment.at_fault & ~OC_HAS_STEERING_WHEEL_ANGLE) != 0;
+    return another ? OC_FAULT_NONE : state->evidence.fault.fault;
 }
 
 void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick) {
@@ -10,7 +17,7 @@ void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients 
     output->vehicle_speed = tick->moves ? tick->filtered.vehicle_speed : 0.0;
     output->motion = tick->moves ? tick->motion : (oc_motion){0};
     output->reasons = tick->reasons;
-    output->offset_status = oc_offset_status(&state->evidence, state->learned.offset.status);
+    output->offset_status = oc_offset_status(state, state->learned.offset.status);
     output->offset = state->learned.offset.value;
     output->offset_sd = state->learned.offset.standard_deviation;
     output->offset_parts = state->learned.parts;
@@ -25,7 +32,9 @@ void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients 
     output->yaw_rate_bias = bias.value;
     output->yaw_rate_bias_sd = bias.standard_deviation;
     output->angle = tick->angle;
-    output->fault = state->tracking.fault.fault;
+    output->fault = oc_published_fault(state);
     output->fault_since = state->tracking.fault.since;
     output->fault_confidence = state->tracking.fault.confidence;
+    output->signal_fault = state->tracking.assignment.fault;
+    output->signals_at_fault = state->tracking.assignment.at_fault;
 }

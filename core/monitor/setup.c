@@ -136,6 +136,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);
     oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
                          params->method == OC_METHOD_JOINT ? yaw_lag_s : 0.0, rate_hz);
+    oc_assignment_setup(&c->assignment, c->ratio_times_wheelbase, vehicle->track_width_rear, rate_hz);
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
     const bool has_accelerometer = params->use_accelerometer != 0;
     const bool by_torque = params->torque_for_accelerometer_1 > 0.5;

@@ -19,8 +19,10 @@ typedef struct {
     bool after_hole;             /* first tick after a hole */
     bool after_gap;              /* the same for the angle, whatever signals are missing */
     bool stands;                 /* the truck stands */
+    double creep;                /* rad/s, yaw rate if it creeps while its speed reads zero; 0: it rolls */
     bool moves;                  /* filtered values and motion are of this tick */
     bool suspected;              /* the angle sensor may be at fault */
+    uint32_t at_fault;           /* valid bits of signals that are not what their names say */
     double yaw_rate_bias, yaw_rate_bias_sd; /* rad/s */
     oc_sensed sensed;            /* by the method's sensors, not filtered */
     oc_filtered filtered;        /* with the method's correction of the yaw rate */

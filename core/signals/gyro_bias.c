@@ -229,7 +229,8 @@ static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, doubl
     if (variance <= squared(standstill_spread_max)) {
         predict(state, p, time);
         state->still_blocks += state->still_blocks < standstill_blocks_max ? 1.0 : 0.0;
-        const double R = squared(standstill_floor) * state->still_blocks + variance * correlated_ticks / n;
+        const double common = squared(standstill_floor) + squared(state->creep); /* of all blocks of the standstill */
+        const double R = common * state->still_blocks + variance * correlated_ticks / n;
         const double innovation = state->still.mean - state->x[BIAS];
         const double S = state->P[BIAS][BIAS] + R;
         if (innovation * innovation > outlier * outlier * S) {
@@ -241,6 +242,7 @@ static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, doubl
         update_status(state, p);
     }
     state->still = (oc_still_mean){0};
+    state->creep = 0.0;
 }
 
 static bool has_rolling_wheels(const oc_signals *tick) {
@@ -251,13 +253,14 @@ static bool has_rolling_wheels(const oc_signals *tick) {
 }
 
 static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p,
-                             const oc_signals *tick) {
+                             const oc_signals *tick, double creep) {
     if (!(tick->valid & OC_HAS_VEHICLE_SPEED) || !(fabs(tick->vehicle_speed) <= p->standstill_speed_max_m_s) ||
         has_rolling_wheels(tick)) {
         if (state->still_ticks > 0) {
             state->still_ticks = 0;
             state->still_blocks = 0.0;
             state->still = (oc_still_mean){0};
+            state->creep = 0.0;
         }
         return;
     }
@@ -266,7 +269,8 @@ static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *des
         return;
     }
     state->still_ticks = design->settling_ticks + 1;
-    oc_still_mean_add(&state->still, tick->yaw_rate);
+    oc_still_mean_add(&state->still, tick->yaw_rate, 1.0);
+    state->creep = creep > state->creep ? creep : state->creep;
     if (state->still.weight >= design->standing_ticks) {
         learn_from_standstill(state, p, tick->time, design->tick_s);
     }
@@ -467,7 +471,7 @@ static void add_readings(oc_gyro_bias *state, const oc_gyro_bias_design *design,
 }
 
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
-                         const oc_signals *tick) {
+                         const oc_signals *tick, double creep) {
     if (!(tick->valid & OC_HAS_YAW_RATE)) {
         return;
     }
@@ -479,7 +483,7 @@ void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design,
         state->has_wheels = 1;
         state->P[DRIFT][DRIFT] += squared(params->gyro_bias_drift_first_sd_rad_s2);
     }
-    watch_standstill(state, design, params, tick);
+    watch_standstill(state, design, params, tick, creep);
     const bool has_acceleration = params->use_accelerometer != 0 && (tick->valid & OC_HAS_LATERAL_ACCELERATION) != 0;
     if (has_load(state, design, has_acceleration) && has_wheels) {
         add_readings(state, design, tick);

@@ -69,6 +69,7 @@ typedef struct {
     double leaked[OC_AXLE_COUNT];            /* change of the mismatch since ignition by a tyre that loses air */
     double off_s;                            /* ignition off since the last tick; 0: unknown */
     oc_still_mean still;                     /* of the growing standing block */
+    double creep;                            /* rad/s, maximum yaw rate in it of a truck that only seems to stand */
     double still_blocks;                     /* of this standstill */
     double evidence;                         /* s, of blocks and standstill */
     double wheel_evidence;                   /* s, of blocks alone */
@@ -90,9 +91,10 @@ void oc_gyro_bias_setup(oc_gyro_bias_design *design, const oc_vehicle *vehicle, 
 /* Ignition after `off_s` seconds, 0 where unknown: time may start at any value, and bias and radii may have changed. */
 void oc_gyro_bias_restart(oc_gyro_bias *state, double off_s);
 
-/* One tick, later than the previous one; the valid bits mark measurements. Ignores a tick without yaw rate. */
+/* One tick, later than the previous one; the valid bits mark measurements. Ignores a tick without yaw rate. `creep`: as
+ * for oc_standstill_update. */
 void oc_gyro_bias_update(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params,
-                         const oc_signals *tick);
+                         const oc_signals *tick, double creep);
 
 /* One piece of the work that is due, after the last tick and before the next one. */
 void oc_gyro_bias_work(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *params);

@@ -27,7 +27,8 @@ typedef enum {
     OC_REASON_WINDOW = 256,
     OC_REASON_YAW_RATE_BIAS = 512, /* it changes faster than the filter follows; not in the thesis's method */
     OC_REASON_LATERAL_ACCELERATION = 1024, /* tyres and axles are not linear; not in the thesis's method */
-    OC_REASON_COUNT = 11
+    OC_REASON_SIGNAL_FAULT = 2048, /* a signal is not what its name says: assignment.h */
+    OC_REASON_COUNT = 12
 } oc_reason;
 
 /* The truck's motion by the method's sensors. */

@@ -8,15 +8,15 @@ static const double lateral_acceleration_floor = 0.01; /* m/s^2: the same; quant
 static const double correlated_readings = 10.0; /* successive ticks that count as one */
 /* end */
 
-void oc_still_mean_add(oc_still_mean *still, double reading) {
-    still->weight += 1.0;
+void oc_still_mean_add(oc_still_mean *still, double reading, double weight) {
+    still->weight += weight;
     const double innovation = reading - still->mean;
-    still->mean += innovation / still->weight;
-    still->squares += innovation * (reading - still->mean);
+    still->mean += innovation * weight / still->weight;
+    still->squares += weight * innovation * (reading - still->mean);
 }
 
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,
-                          double yaw_rate, double lateral_acceleration, int32_t has_acceleration) {
+                          double yaw_rate, double lateral_acceleration, int32_t has_acceleration, double creep) {
     if (!(fabs(speed) <= speed_max)) {
         state->still_ticks = state->is_same_stop = 0;
         return;
@@ -27,9 +27,12 @@ void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double s
     }
     state->stops += 1 - state->is_same_stop;
     state->is_same_stop = 1;
-    oc_still_mean_add(&state->yaw_rate, yaw_rate);
+    const double floor_squared = yaw_rate_floor * yaw_rate_floor;
+    const double share = floor_squared / (floor_squared + creep * creep);
+    oc_still_mean_add(&state->yaw_rate, yaw_rate, share);
+    state->creep += (creep - state->creep) * share / state->yaw_rate.weight;
     if (has_acceleration != 0) {
-        oc_still_mean_add(&state->lateral_acceleration, lateral_acceleration);
+        oc_still_mean_add(&state->lateral_acceleration, lateral_acceleration, 1.0);
     }
 }
 
@@ -48,7 +51,8 @@ static oc_estimate estimate_of(const oc_still_mean *still, double floor_sd, doub
 }
 
 oc_estimate oc_standstill_yaw_rate(const oc_standstill *state, double tick_s, double time_min) {
-    return estimate_of(&state->yaw_rate, yaw_rate_floor, tick_s, time_min);
+    const double floor_sd = sqrt(yaw_rate_floor * yaw_rate_floor + state->creep * state->creep);
+    return estimate_of(&state->yaw_rate, floor_sd, tick_s, time_min);
 }
 
 oc_estimate oc_standstill_lateral_acceleration(const oc_standstill *state, double tick_s, double time_min) {

@@ -44,6 +44,9 @@ class OcAnswer(TypedDict):
     unloading_acceleration: OcEstimate
     equivalent_wheelbase: OcEstimate
     fault: int
+    signal_fault: int
+    signals_at_fault: int
+    signal_fault_value: float
     changes: int
     changed: list[OcChanged]
     yaw_rate_bias: OcEstimate
@@ -110,3 +113,5 @@ class OcOutput(TypedDict):
     fault: int
     fault_since: float
     fault_confidence: float
+    signal_fault: int
+    signals_at_fault: int

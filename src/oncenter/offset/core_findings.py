@@ -86,7 +86,7 @@ def findings_of(
 @finding("steering_wheel_angle_sensor_at_fault", "error")
 def _sensor_fault(found: Kind, native: _core.OcAnswer, angle_ends: str | None) -> Finding | None:
     """The sensor check found a fault: the offset is invalid."""
-    if _core.status_of(native["offset"]) != "invalid":
+    if _core.status_of(native["offset"]) != "invalid" or native["fault"] == 0:
         return None
     fault = _core.FAULTS[int(native["fault"])]
     since = f" since {angle_ends}" if angle_ends is not None else " any more"

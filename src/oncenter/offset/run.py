@@ -36,8 +36,16 @@ from oncenter.offset.inputs import (
     without_copies,
     without_unfit_wheels,
 )
+from oncenter.offset.signal_fault import (
+    SignalFault,
+    finding_of,
+    has_signal_fault,
+    signal_fault,
+    without_estimates,
+)
 from oncenter.offset.signals_at_fault import without_faulty_estimates
-from oncenter.offset.vehicle_file import far_off, fitted_vehicle
+from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
+from oncenter.plausibility.check_result import NO_OFFSET
 from oncenter.plausibility.recording import recording_findings
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
@@ -112,6 +120,11 @@ def _of_all(
     )
     if fitted is None:
         return _whole(result, vehicle, method, params)
+    factor = size_of_angle(fitted, vehicle)
+    if factor is not None:
+        answer = _whole(result, vehicle, method, params)
+        fault = SignalFault("scale", ("steering_wheel_angle",), factor, answer.sources, vehicle)
+        return without_estimates(answer, fault)
     answer = _whole(_result(logs, fitted, params, method, None), fitted, method, params)
     return replace(answer, findings=(far_off(fitted, vehicle), *answer.findings))
 
@@ -124,6 +137,7 @@ class _Result(NamedTuple):
     changes: tuple[Change, ...]
     logs: tuple[Signals, ...]
     together: Together | None = None
+    left_out: tuple[Finding, ...] = ()
 
 
 def _result(
@@ -136,13 +150,24 @@ def _result(
     """By the joint method each drive is answered alone, and the truck's model combines them."""
     drives = drives_in(logs) if method == "joint" else (logs,)
     runs = [_run_over(drive, vehicle, params, method, progress) for drive in drives]
+    fit = [k for k, (native, _) in enumerate(runs) if not has_signal_fault(native)] or [len(runs) - 1]
+    left_out = tuple(_left_out(runs[k][0], drives[k], vehicle) for k in range(len(runs)) if k not in fit)
+    drives, runs = tuple(drives[k] for k in fit), [runs[k] for k in fit]
     if len(drives) == 1:
-        return _Result(*runs[0], logs)
+        return _Result(*runs[0], drives[0], left_out=left_out)
     from oncenter.offset.several_logs import Drive, changes_of_all, combined  # late: one log needs no model
 
     together = combined(tuple(Drive(drive, *run) for drive, run in zip(drives, runs, strict=True)), vehicle, params)
     since = tuple(log for drive in together.drives for log in drive.logs)
-    return _Result(together.native, changes_of_all(together), since, together)
+    return _Result(together.native, changes_of_all(together), since, together, left_out)
+
+
+def _left_out(native: _core.OcAnswer, logs: Sequence[Signals], vehicle: Vehicle) -> Finding:
+    """The fault of a signal in one drive of several, which the answer is without."""
+    fault = finding_of(signal_fault(native, logs, vehicle))
+    names = ", ".join(Path(log.log).name for log in logs)
+    text = fault.text.replace(f"{NO_OFFSET}.", "The offset is estimated without this log.")
+    return replace(fault, severity="warning", text=f"{names}: {text}")
 
 
 def _run_over(
@@ -161,10 +186,13 @@ def _run_over(
 def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[str, float]) -> Answer:
     native, logs = result.native, result.logs
     answer = answer_of(native, result.changes, logs, vehicle, method, params)
+    if has_signal_fault(native) and answer.sensor_fault == "none":
+        answer = without_estimates(answer, signal_fault(native, logs, vehicle))
+        return replace(answer, findings=(*answer.findings, *result.left_out))
     moves = answer.zero == "moves" or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
     answer = without_faulty_estimates(answer, contradicts=moves or is_implausible(native))
     found = coarse_recording_findings(native, coarseness_of(logs), method)
-    answer = replace(answer, findings=(*answer.findings, *found))
+    answer = replace(answer, findings=(*result.left_out, *answer.findings, *found))
     if result.together is None:
         return answer
     from oncenter.offset.several_logs import with_logs  # late, as above

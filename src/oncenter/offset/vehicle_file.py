@@ -21,6 +21,7 @@ _AGREES = 0.04  # between the given wheelbase and the one that the core then fin
 _RUNS_MAX = 8
 _WORSE_MAX = 1.1  # of the first run's unexplained angle: another wheelbase must explain the drive as well
 _FACTOR_MAX = 4.0  # a larger factor is a wrong unit, not a wrong vehicle file
+_WRONG_FILE_MAX = 1.7  # up to this factor; beyond, a signal may have another size as well
 _WHEELBASES_M = (1.0, 20.0)  # accepted by the core
 
 
@@ -53,6 +54,12 @@ def fitted_vehicle(
     fitted, last = found
     as_good = last["unexplained"] < _WORSE_MAX * first["unexplained"]
     return fitted if as_good and _is_far(fitted.wheelbase_m, vehicle) else None
+
+
+def size_of_angle(fitted: Vehicle, given: Vehicle) -> float | None:
+    """The steering wheel angle over that of the given vehicle, where no wrong vehicle file explains it; else None."""
+    factor = fitted.wheelbase_m / given.wheelbase_m
+    return None if 1.0 / _WRONG_FILE_MAX < factor < _WRONG_FILE_MAX else factor
 
 
 def is_observable(native: _core.OcAnswer) -> bool:

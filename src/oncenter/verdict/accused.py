@@ -5,7 +5,20 @@ from __future__ import annotations
 from oncenter.estimates.estimates import Estimates
 from oncenter.findings import Finding
 
-_BY_SIGNALS = ("sign_reversed", "scale", "signal_stuck", "vehicle_speed_zero", "wheel_speed")  # codes of such errors
+_BY_SIGNALS = (  # codes of such errors
+    "scale",
+    "sign_reversed",
+    "signal_clipped",
+    "signal_filled",
+    "signal_jumps",
+    "signal_late",
+    "signal_magnitude",
+    "signal_noise",
+    "signal_stuck",
+    "signal_unrelated",
+    "vehicle_speed_zero",
+    "wheel_speed",
+)
 _SIGNALS = ("steering wheel angle", "yaw rate", "vehicle speed", "lateral acceleration", "wheel speed")
 
 

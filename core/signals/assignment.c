@@ -1,0 +1,187 @@
+#include "assignment.h"
+
+#include <math.h>
+
+#include "bounds.h"
+
+enum { SWA, YAW, VXS, AYS }; /* the watched signals */
+
+/* Tuned, in tuned.toml: assignment */
+static const float step_hz = 10.0f; /* Hz: steps of the comparison */
+static const float compared_speed = 2.0f; /* m/s: minimum speed of the comparison */
+static const float predicted_speed = 5.0f; /* m/s: minimum speed at which one signal predicts another */
+static const float slow_speed = 14.0f; /* m/s: maximum speed of the comparison of sizes */
+static const float straight_acceleration = 0.25f; /* m/s^2: maximum lateral acceleration of a truck that hardly turns */
+static const float straight_steps_max = 300.0f; /* memory of the angle straight ahead, in steps */
+static const int32_t level_steps = 5; /* number of steps in the mean of a level */
+static const int32_t judged_steps = 10; /* number of steps between two verdicts */
+/* of the signal: minimum of a jump in a tick: angle, yaw rate, speed, lateral acceleration */
+static const float jump_min[OC_WATCHED] = {0.009f, 0.015f, 1.0f, 0.4f};
+/* of the signal: minimum of a jump in a tick that no truck makes */
+static const float impossible_jump[OC_WATCHED] = {0.3f, 0.04f, 1.0f, 5.0f};
+/* of the signal: minimum change that a stuck signal misses */
+static const float missed_min[OC_WATCHED] = {0.12f, 0.02f, 0.7f, 0.6f};
+/* end */
+
+static const int32_t first_of[OC_PAIRS] = {OC_BY_ANGLE, OC_BY_YAW_RATE, OC_BY_ANGLE, OC_BY_YAW_RATE};
+static const int32_t second_of[OC_PAIRS] = {OC_BY_YAW_RATE, OC_BY_ACCELERATION, OC_BY_ACCELERATION, OC_BY_WHEELS};
+
+float oc_signal_jump_min(int32_t k) {
+    return jump_min[k];
+}
+
+float oc_signal_impossible_jump(int32_t k) {
+    return impossible_jump[k];
+}
+
+float oc_signal_missed_min(int32_t k) {
+    return missed_min[k];
+}
+
+void oc_assignment_setup(oc_assignment_design *design, double ratio_times_wheelbase, double track, double rate_hz) {
+    const double default_track = 1.9; /* m, as gyro_bias.c */
+    const int32_t ticks = (int32_t)(rate_hz / (double)step_hz + 0.5);
+    *design = (oc_assignment_design){
+        .ratio_times_wheelbase = (float)ratio_times_wheelbase,
+        .per_ratio_times_wheelbase = (float)(1.0 / ratio_times_wheelbase),
+        .per_track = (float)(1.0 / (track > 0.0 ? track : default_track)),
+        .tick_s = (float)(1.0 / rate_hz),
+        .step_s = (float)(ticks / rate_hz),
+        .ticks_per_step = ticks,
+    };
+}
+
+static void watch_signal(oc_assignment *a, int32_t k, float value) {
+    if ((a->started >> k & 1) == 0) {
+        a->started |= 1 << k;
+        oc_signal_watch_begin(&a->watches[k], value, jump_min[k]);
+    } else {
+        oc_signal_watch_update(&a->watches[k], value, impossible_jump[k]);
+    }
+    a->sums[k] += value;
+    ++a->valid_ticks[k];
+}
+
+static void add_wheels(oc_assignment *a, const oc_signals *tick) {
+    const uint32_t rear = OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT;
+    if ((tick->valid & rear) == rear) {
+        const float left = (float)tick->wheel_speed_rear_left, right = (float)tick->wheel_speed_rear_right;
+        a->wheel_difference += right - left;
+        a->wheel_mean += 0.5f * (left + right);
+        ++a->wheel_ticks;
+    }
+}
+
+/* The means of a step's ticks, where all of them have the signal. */
+typedef struct {
+    float of[OC_WATCHED], wheel_difference, wheel_mean;
+    bool has[OC_WATCHED], has_wheels;
+} step_means;
+
+static void take_means(oc_assignment *a, const oc_assignment_design *d, step_means *step) {
+    const float ticks = (float)a->ticks;
+    for (int32_t k = 0; k < OC_WATCHED; ++k) {
+        const float valid = (float)a->valid_ticks[k];
+        step->has[k] = a->valid_ticks[k] == a->ticks;
+        step->of[k] = step->has[k] ? a->sums[k] / ticks : 0.0f;
+        if (valid > 0.0f) {
+            oc_signal_watch_end_step(&a->watches[k], jump_min[k], valid, valid * d->tick_s);
+        }
+        a->sums[k] = 0.0f;
+        a->valid_ticks[k] = 0;
+    }
+    step->has_wheels = a->wheel_ticks == a->ticks;
+    step->wheel_difference = a->wheel_difference / ticks;
+    step->wheel_mean = a->wheel_mean / ticks;
+    a->wheel_difference = a->wheel_mean = 0.0f;
+    a->ticks = a->wheel_ticks = 0;
+}
+
+/* Each signal as the others predict it. */
+static void follow_levels(oc_assignment *a, const oc_assignment_design *d, const step_means *step) {
+    const float *mean = step->of;
+    const float v = mean[VXS];
+    const bool fast = step->has[VXS] && v > predicted_speed;
+    const float predictions[OC_WATCHED] = {fast ? mean[YAW] * d->ratio_times_wheelbase / v : 0.0f,
+                                           mean[SWA] * v * d->per_ratio_times_wheelbase, step->wheel_mean,
+                                           mean[YAW] * v};
+    const bool has[OC_WATCHED] = {fast && step->has[YAW], fast && step->has[SWA],
+                                  step->has[VXS] && v > compared_speed && step->has_wheels, fast && step->has[YAW]};
+    const bool mean_ends = ++a->level_steps >= level_steps;
+    for (int32_t k = 0; k < OC_WATCHED; ++k) {
+        oc_signal_level_follow(&a->levels[k], &a->watches[k], (float)a->watches[k].held_ticks * d->tick_s, d->step_s,
+                               has[k], predictions[k], missed_min[k]);
+        a->level_sums[k] += mean[k];
+        if (mean_ends) {
+            oc_signal_level_add(&a->levels[k], a->level_sums[k] / (float)level_steps);
+            a->level_sums[k] = 0.0f;
+        }
+    }
+    a->level_steps = mean_ends ? 0 : a->level_steps;
+}
+
+/* The angle while the truck hardly turns: by another zero the speed's changes would look like steering. */
+static float follow_straight_angle(oc_assignment *a, float angle, bool has, float lateral) {
+    if (has && fabsf(lateral) < straight_acceleration) {
+        a->straight_steps = oc_min(a->straight_steps + 1.0f, straight_steps_max);
+        a->straight_angle += (angle - a->straight_angle) / a->straight_steps;
+    }
+    return a->straight_angle;
+}
+
+/* The lateral acceleration by each signal. */
+static void compare_motion(oc_assignment *a, const oc_assignment_design *d, const step_means *step) {
+    const float *mean = step->of;
+    const float v = mean[VXS], by_yaw_rate = mean[YAW] * v;
+    const bool rolls = step->has[VXS] && v > compared_speed;
+    const bool steers = rolls && step->has[SWA], turns = rolls && step->has[YAW];
+    const float turned = mean[SWA] - follow_straight_angle(a, mean[SWA], steers && turns, by_yaw_rate);
+    const float by_angle = turned * v * v * d->per_ratio_times_wheelbase;
+    const float by_wheels = step->wheel_difference * v * d->per_track;
+    oc_witness *w = a->witnesses;
+    oc_witness_add(&w[OC_BY_ANGLE], a->place, steers && a->straight_steps > 0.0f, mean[SWA], by_angle, d->step_s);
+    oc_witness_add(&w[OC_BY_YAW_RATE], a->place, turns, mean[YAW], by_yaw_rate, d->step_s);
+    oc_witness_add(&w[OC_BY_ACCELERATION], a->place, rolls && step->has[AYS], mean[AYS], mean[AYS], d->step_s);
+    oc_witness_add(&w[OC_BY_WHEELS], a->place, rolls && step->has_wheels, by_wheels, by_wheels, d->step_s);
+    for (int32_t p = 0; p < OC_PAIRS; ++p) {
+        oc_signal_pair_add(&a->pairs[p], &w[first_of[p]], &w[second_of[p]], a->place, v < slow_speed);
+    }
+    a->place = (a->place + 1) & (OC_CHANGE_RING - 1);
+}
+
+/* A fault that nothing shows any more ends. */
+static void recover(oc_assignment *a, float step_s) {
+    a->recovering_s -= step_s;
+    if (!(a->recovering_s > 0.0f)) {
+        a->fault = OC_SIGNAL_FAULT_NONE;
+        a->at_fault = 0;
+    }
+}
+
+static void end_assignment_step(oc_assignment *a, const oc_assignment_design *d) {
+    step_means step;
+    take_means(a, d, &step);
+    follow_levels(a, d, &step);
+    compare_motion(a, d, &step);
+    recover(a, d->step_s);
+    if (--a->steps_to_judge <= 0) {
+        a->steps_to_judge = judged_steps;
+        oc_assignment_judge(a, d);
+    }
+}
+
+void oc_assignment_update(oc_assignment *a, const oc_assignment_design *d, const oc_signals *tick, uint32_t sent) {
+    const float values[OC_WATCHED] = {(float)tick->steering_wheel_angle, (float)tick->yaw_rate,
+                                      (float)tick->vehicle_speed, (float)tick->lateral_acceleration};
+    for (int32_t k = 0; k < OC_WATCHED; ++k) {
+        if ((tick->valid >> k & 1u) != 0) {
+            watch_signal(a, k, values[k]);
+        } else if ((sent >> k & 1u) != 0 && fabsf(values[k]) > 1.0f) { /* a number, not NaN */
+            a->watches[k].impossible_s += d->tick_s;
+        }
+    }
+    add_wheels(a, tick);
+    if (++a->ticks >= d->ticks_per_step) {
+        end_assignment_step(a, d);
+    }
+}

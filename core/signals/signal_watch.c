@@ -1,0 +1,132 @@
+#include "signal_watch.h"
+
+#include <math.h>
+
+#include "bounds.h"
+
+/* Numerical. */
+static const float never_changed = 1e9f; /* resolution of a signal that has not changed yet */
+
+/* Tuned, in tuned.toml: signal_watch */
+static const float jump_changes = 8.0f; /* minimum of a jump, over the mean change in a tick */
+static const float jump_resolutions = 2.5f; /* the same, over the resolution */
+static const float change_s = 20.0f; /* s: memory of the mean change */
+static const float abrupt = 5.0f; /* minimum of a jump, over the change in the tick before */
+static const float back_share = 0.3f; /* share of a jump by which the way back may differ from it */
+static const float same_share = 0.002f; /* share of a jump within which two values are the same */
+static const float memory_s = 300.0f; /* s: memory of the jumps */
+static const float landed_min = 10.0f; /* minimum number of jumps on one value that show filled gaps */
+static const float landed_share = 0.4f; /* share of these among all jumps; half of the jumps lead back */
+static const float filled_share = 0.004f; /* minimum share of the time at this value */
+/* change in two ticks over that in one, where every second sample is filled */
+static const float alternation_max = 0.6f;
+static const float alternate_zeros = 0.35f; /* minimum share of zeros, where every second sample is filled */
+static const float jumps_min = 20.0f; /* minimum number of jumps that no truck makes */
+static const float jumps_per_s = 0.1f; /* 1/s: the same, in the mean */
+static const float impossible_share = 0.1f; /* minimum share of the time with values that no truck has */
+/* end */
+
+float oc_signal_resolution(const oc_signal_watch *w) {
+    return w->resolution < never_changed ? w->resolution : 0.0f;
+}
+
+void oc_signal_watch_begin(oc_signal_watch *w, float value, float jump_min) {
+    *w = (oc_signal_watch){.last = value,
+                           .before_last = value,
+                           .filled = value,
+                           .jump = jump_min,
+                           .resolution = never_changed,
+                           .alternation = 1.0f};
+}
+
+/* A value that more jumps miss than hit is replaced. */
+static void land(oc_signal_watch *w, float value, float jump) {
+    const float apart = fabsf(value - w->before_last);
+    w->resolution = apart > 0.0f ? oc_min(apart, w->resolution) : w->resolution;
+    w->jumped = jump;
+    w->at_filled = fabsf(value - w->filled) <= same_share * jump;
+    if (w->at_filled) {
+        w->landed += 1.0f;
+        return;
+    }
+    w->missed += 1.0f;
+    if (w->missed > w->landed + 2.0f) {
+        w->filled = value;
+        w->landed = w->missed = w->filled_s = 0.0f;
+    }
+}
+
+/* A jump begins from rest, or goes back: a hand that turns fast does neither. */
+static bool is_abrupt(float change, float before) {
+    return fabsf(change) > abrupt * fabsf(before) || fabsf(change + before) < back_share * fabsf(change);
+}
+
+void oc_signal_watch_update(oc_signal_watch *w, float value, float impossible) {
+    const float change = value - w->last, moved = fabsf(change);
+    w->moved_by_two += fabsf(value - w->before_last);
+    if (moved > w->jump) {
+        if (is_abrupt(change, w->change_before)) {
+            land(w, value, moved);
+            w->jumps += moved > impossible ? 1.0f : 0.0f;
+        }
+        w->jumped_in_step += moved;
+        w->held_ticks = 0;
+    } else if (moved > 0.0f) {
+        w->moved += moved;
+        w->resolution = oc_min(moved, w->resolution);
+        w->at_filled = 0;
+        w->held_ticks = 0;
+    } else {
+        ++w->held_ticks;
+    }
+    w->filled_ticks += w->at_filled;
+    w->zero_ticks += value == 0.0f;
+    w->change_before = change;
+    w->before_last = w->last;
+    w->last = value;
+}
+
+static void forget(oc_signal_watch *w) {
+    if (w->observed_s > memory_s) {
+        w->observed_s *= 0.5f;
+        w->impossible_s *= 0.5f;
+        w->filled_s *= 0.5f;
+        w->landed *= 0.5f;
+        w->missed *= 0.5f;
+        w->jumps *= 0.5f;
+    }
+}
+
+void oc_signal_watch_end_step(oc_signal_watch *w, float jump_min, float ticks, float step_s) {
+    const float share = step_s / oc_min(w->observed_s + step_s, change_s);
+    const float moved = w->moved + w->jumped_in_step;
+    if (moved > 0.0f) {
+        w->alternation += (w->moved_by_two / moved - w->alternation) * share;
+        w->zero_share += ((float)w->zero_ticks / ticks - w->zero_share) * share;
+    }
+    w->change += (w->moved / ticks - w->change) * share;
+    w->jump = oc_max(oc_max(jump_min, jump_changes * w->change), jump_resolutions * oc_signal_resolution(w));
+    w->observed_s += step_s;
+    w->filled_s += (float)w->filled_ticks / ticks * step_s;
+    w->moved = w->jumped_in_step = w->moved_by_two = 0.0f;
+    w->filled_ticks = w->zero_ticks = 0;
+    forget(w);
+}
+
+static bool alternates_with_zero(const oc_signal_watch *w) {
+    return w->observed_s > change_s && w->alternation < alternation_max && w->zero_share > alternate_zeros;
+}
+
+float oc_signal_filled_with(const oc_signal_watch *w) {
+    return alternates_with_zero(w) ? 0.0f : w->filled;
+}
+
+bool oc_signal_is_filled(const oc_signal_watch *w) {
+    return alternates_with_zero(w) || (w->landed >= landed_min && w->landed >= landed_share * (w->landed + w->missed) &&
+                          w->filled_s >= filled_share * w->observed_s);
+}
+
+bool oc_signal_jumps(const oc_signal_watch *w) {
+    return (w->jumps >= jumps_min && w->jumps >= jumps_per_s * w->observed_s) ||
+           (w->impossible_s > 1.0f && w->impossible_s > impossible_share * w->observed_s);
+}

@@ -18,7 +18,7 @@ OFF_DEG = 0.5  # a valid offset that is off by more, and outside its interval, i
 OFF = {"yaw_rate_bias": 0.3, "understeer_gradient": 0.15, "backlash": 2.0}
 
 SIGNAL_WORDS = {
-    "steering_wheel_angle": re.compile(r"steering[ _]wheel[ _]angle|\bangle\b", re.IGNORECASE),
+    "steering_wheel_angle": re.compile(r"steering[ _]wheel[ _]angle|\bangle\b|offset changed", re.IGNORECASE),
     "yaw_rate": re.compile(r"yaw[ _]rate|gyro", re.IGNORECASE),
     "vehicle_speed": re.compile(r"vehicle[ _]speed|\bspeed\b|CCVS1|standstill", re.IGNORECASE),
     "lateral_acceleration": re.compile(r"lateral[ _]acceleration|accelerometer", re.IGNORECASE),

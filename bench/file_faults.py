@@ -43,10 +43,10 @@ KIND_WORDS: Mapping[Kind, str] = {
     r"|filler|in gaps",
     "magnitude": r"magnitude|without (its |a |the )?sign\b|absolute value|never negative|unsigned",
     "byte order": r"byte order|endian|intel|motorola",
-    "wrong bits": r"\bbits?\b|bit field|signed|byte order|\bnois[ey]",
-    "wrong signal": r"assign|another signal|wrong signal|other signal|does not follow|not follow",
+    "wrong bits": r"(wrong|other) bits|bit field|start bit|byte order|signed|\bnois[ey]",
+    "wrong signal": r"assign|(another|wrong|other) signal|not follow|no relation|\bnois[ey]",
     "other unit": r"\bunits?\b|too (large|small) by a factor|factor of",
-    "scale": r"\bscales?\b|factor|\bunits?\b|steering ratio|gain",
+    "scale": r"\bscales?\b|factor|\bunits?\b|steering ratio|\bgain\b",
     "sign": r"\bsign\b.*revers|revers.*\bsign\b|positive to the (left|right)|opposite sign",
     "stuck": r"stuck|frozen|freez|stays at|stands still|does not change|held|repeat",
     "lag": r"\blags?\b|\bdelay|\blate\b|\bbehind\b|later than",
@@ -62,6 +62,7 @@ KIND_WORDS: Mapping[Kind, str] = {
     "two senders": r"(disagree|differ)[^.]*(0x|sender|source)|(0x|sender|source)[^.]*(disagree|differ)",
     "CAN FD": r"CAN[- ]?FD",
 }
+_FILE_NAMES = re.compile(r"\S*drive\S*")  # which contain words, as "truth"
 _ACROSS_SIGNALS: Sequence[Kind] = ("time stamps", "clock set back", "two trucks", "truth", "two senders", "CAN FD")
 _BIAS = "yaw_rate_bias"
 
@@ -85,7 +86,8 @@ def says_kind(fault: FileFault, said: Statement) -> bool:
         return False
     if fault.is_ambiguous and SIGNAL_OR_SENSOR.search(said.text):
         return True
-    return bool(re.search(KIND_WORDS[fault.kind], f"{said.text} ({said.code.replace('_', ' ')})", re.IGNORECASE))
+    text = _FILE_NAMES.sub("", f"{said.text} ({said.code.replace('_', ' ')})")
+    return bool(re.search(KIND_WORDS[fault.kind], text, re.IGNORECASE))
 
 
 def record(name: str, drive: HealthyDrive, folder: Path) -> Record:

@@ -20,6 +20,7 @@ Array = npt.NDArray[np.float64]
 TRUCK = "scania_r730_4x2"  # of the scenarios
 WHEELBASE_M, STEERING_RATIO = 3.7, 19.3
 ROADS = ("thesis_drive", "motorway", "heavy_play")
+_HEAVY_PLAY_DEG = 10.0  # the scenario's 15 deg are the maintenance limit: "worn" would be true
 ANGLE, YAW_RATE, SPEED = "steering_wheel_angle_rad", "yaw_rate_rad_s", "vehicle_speed_m_s"
 LATERAL, LONGITUDINAL, TORQUE = (
     "lateral_acceleration_m_s2",
@@ -57,13 +58,14 @@ def healthy_drive(seed: int, folder: Path, *, minutes: float = 20.0) -> HealthyD
     """The drive with that seed, on the roads in turn. `folder` is for a temporary scenario file."""
     random = np.random.default_rng([seed, 54])
     road = ROADS[seed % len(ROADS)]
+    play = f"[steering]\nbacklash_deg = {_HEAVY_PLAY_DEG}\n" if road == "heavy_play" else ""
     file = folder / f"{road}_{seed}.toml"
     file.write_text(
         f'base = "{road}"\n[drive]\nduration_s = {60.0 * minutes}\n'
         f"[sensors.steering_wheel_angle]\noffset_deg = {random.uniform(-_OFFSET_MAX_DEG, _OFFSET_MAX_DEG):.3f}\n"
         "[sensors.yaw_rate]\n"
         f"bias_deg_s = {random.uniform(-_YAW_RATE_BIAS_MAX_DEG_S, _YAW_RATE_BIAS_MAX_DEG_S):.3f}\n"
-        "[sensors.steering_wheel_torque]\n",
+        f"[sensors.steering_wheel_torque]\n{play}",
         encoding="utf-8",
     )
     signals, truth = oc.simulate(file, seed)

@@ -236,6 +236,8 @@ def test_advice_to_repair_is_recognised(text: str, is_advice: bool) -> None:
         ("yaw_rate_sign", "the sign of the steering wheel angle is reversed: it agrees with the yaw rate", False),
         ("lateral_placeholder_range", "12 % of the lateral acceleration are beyond the range of the database", True),
         ("two_trucks", "the logs are of two trucks, by their VIN", True),
+        ("truth_as_log", "between /logs/drive.parquet and /logs/drive.truth.parquet the offset changed", False),
+        ("angle_doubled", "the steering wheel angle jumped. Then drive again", False),
     ],
 )
 def test_a_kind_is_named_by_its_words_and_its_signal(name: str, text: str, is_named: bool) -> None:

@@ -136,7 +136,7 @@ def by_monitor(signals: Signals) -> End:
     monitor = oc.Monitor(oc.vehicle(TRUCK), signals.rate_hz)
     for row in zip(*(column for column in columns if column is not None), strict=True):
         now = monitor.step(oc.Tick(**dict(zip(given, row, strict=True))))
-    reasons = _reasons(dataclasses.asdict(now))
+    reasons = _reasons(dataclasses.asdict(now)) | {"reasons": now.reasons}
     if now.offset_rad is None or now.offset_drive_sd_rad is None:
         return End(now.offset_status, reasons=reasons)
     half_width = 1.96 * now.offset_drive_sd_rad / DEGREE
@@ -149,7 +149,8 @@ def by_c(signals: Signals) -> End:
     core.run({name: signals.columns[name] for name in _core.COLUMNS if name in signals.columns}, outputs)
     answer, last = core.answer(), outputs[-1]
     value, half_width = answer["offset"]["value"], 1.96 * answer["offset_parts"]["drive_sd"]
-    reasons = {"sensor_fault": _core.FAULTS[last["fault"]]}
+    of_tick = tuple(name for name, bit in _core.REASONS.items() if int(last["reasons"]) & bit)
+    reasons = {"sensor_fault": _core.FAULTS[last["fault"]], "reasons": of_tick}
     return End(_core.status_of(answer["offset"]), value / DEGREE, half_width / DEGREE, reasons)
 
 
@@ -174,7 +175,6 @@ def _at(kind: str, since: str) -> tuple[str, float]:
 
 def _record(signals: Signals, kind: str, since: str, seed: int, true_deg: float) -> Record:
     ends = {name: end(signals) for name, end in ENDS.items()}
-    common = set.intersection(*({*end.reasons} for end in ends.values()))
     return {
         "kind": kind,
         "from": since,
@@ -183,8 +183,14 @@ def _record(signals: Signals, kind: str, since: str, seed: int, true_deg: float)
         "ends": {name: dataclasses.asdict(end) for name, end in ends.items()},
         "wrong": [name for name, end in ends.items() if end.is_wrong(true_deg)],
         "same_status": len({end.status for end in ends.values()}) == 1,
-        "same_reason": all(len({str(end.reasons[name]) for end in ends.values()}) == 1 for name in common),
+        "same_reason": _agree([end.reasons for end in ends.values()]),
     }
+
+
+def _agree(reasons: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether all that have a reason of the same name give it the same value."""
+    names = {name for each in reasons for name in each}
+    return all(len({str(each[name]) for each in reasons if name in each}) == 1 for name in names)
 
 
 def run_all(kinds: Sequence[str], seeds: Sequence[int], minutes: float, jobs: int) -> list[Record]:

@@ -29,7 +29,7 @@ _REPAIR = re.compile(r"\b(repair|replace|remount)", re.IGNORECASE)
 _NEGATED = re.compile(
     r"\b(no|not|never|without|before|nothing to)\b[^.;:]*\b(repair|replace|remount)\w*", re.IGNORECASE
 )
-_DECIDES_NOTHING = re.compile(r"^(no verdict|undecided|check|signal or sensor)", re.IGNORECASE)
+_DECIDES_NOTHING = re.compile(r"^(no (verdict|offset|correction)|undecided|check|signal or sensor)", re.IGNORECASE)
 
 
 @dataclass(frozen=True)

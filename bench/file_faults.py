@@ -11,11 +11,10 @@ All records go to build/accuracy/file_faults.json.
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import json
 import multiprocessing
 import re
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,8 +24,6 @@ from typing import Any
 
 from accuracy import BUILD, REPORTED_FROM, TUNING_FROM, names_of
 from said import SIGNAL_OR_SENSOR, SIGNAL_WORDS, Statement, is_off, is_valid, statements, wrong
-
-from oncenter.cli import run
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 
@@ -69,13 +66,12 @@ _BIAS = "yaw_rate_bias"
 
 def answered(given: Given) -> Record:
     """The object of `oncenter offset --json`."""
-    out, err = io.StringIO(), io.StringIO()
-    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
-        run(["offset", *given.arguments, "--json"])
+    command = [sys.executable, "-m", "oncenter", "offset", *given.arguments, "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
     try:
-        answer: Record = json.loads(out.getvalue())
+        answer: Record = json.loads(done.stdout)
     except json.JSONDecodeError:
-        return {"code": "no_answer", "message": err.getvalue()}
+        return {"code": "no_answer", "message": done.stderr}
     return answer
 
 

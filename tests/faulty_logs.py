@@ -327,6 +327,13 @@ def clock_set_back(drive: HealthyDrive, random: Random, folder: Path) -> Given:
     return _candump(replace(sent, microseconds=microseconds), drive, folder)
 
 
+def stamps_in_bursts(drive: HealthyDrive, random: Random, folder: Path) -> Given:
+    """The logger takes the time of its buffer, every 50 or 100 ms, in place of the time of each frame."""
+    sent = j1939(drive)
+    buffer_us = int(random.choice([50_000, 100_000]))
+    return _candump(replace(sent, microseconds=-(-sent.microseconds // buffer_us) * buffer_us), drive, folder)
+
+
 def two_senders(drive: HealthyDrive, random: Random, folder: Path) -> Given:
     """A second VDC2 whose angle is 0.8 deg more, from a higher or a lower address."""
     sent = j1939(drive)
@@ -476,6 +483,7 @@ _ROWS = (
     _other_table("time_in_ms", "time stamps", "time_s", partial(time_in, 0.001)),
     _other_table("time_in_minutes", "time stamps", "time_s", partial(time_in, 60.0)),
     _other_table("time_in_whole_seconds", "time stamps", "time_s", whole_seconds, undone=True),
+    FileFault("stamps_in_bursts", "time stamps", "time_s", stamps_in_bursts, can_be_undone=True),
     FileFault("clock_set_back", "clock set back", "time_s", clock_set_back, can_be_undone=True),
     FileFault("speed_dead_zone", "speed at standstill", SPEED, partial(creeping, dead_zone), can_be_undone=True),
     FileFault("speed_whole_km_h", "speed at standstill", SPEED, partial(creeping, whole_km_h), can_be_undone=True),

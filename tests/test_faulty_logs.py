@@ -173,6 +173,12 @@ def test_a_clock_is_set_back_once(drive: HealthyDrive, tmp_path: Path) -> None:
     assert int(np.sum(np.diff(time) < -1.0)) == 1
 
 
+def test_frames_of_a_burst_have_one_time(drive: HealthyDrive, tmp_path: Path) -> None:
+    time = [stamp for stamp, _, _ in frames(made("stamps_in_bursts", drive, tmp_path).arguments[0])]
+    steps = np.diff(time)
+    assert set(np.round(steps[steps > 0.0], 3)) <= {0.05, 0.1} and np.mean(steps == 0.0) > 0.8
+
+
 def test_a_second_sender_has_another_angle_and_the_same_rest(drive: HealthyDrive, tmp_path: Path) -> None:
     given = made("two_senders", drive, tmp_path)
     vdc2 = [frame for frame in frames(given.arguments[0]) if frame[1] >> 8 & 0xFFFF == 0xF009]

@@ -21,7 +21,9 @@ def healthy(seed: int = 0, speed_m_s: float = 12.0, minutes: float = 6.0) -> Col
     count = round(60.0 * minutes * RATE_HZ)
     t = np.arange(count) / RATE_HZ
     knots = np.arange(0.0, 60.0 * minutes + 8.0, 4.0)
-    curvature = np.interp(t, knots, random.normal(0.0, 1.1 / speed_m_s**2, len(knots)) * (random.random(len(knots)) < 0.6))
+    curvature = np.interp(
+        t, knots, random.normal(0.0, 1.1 / speed_m_s**2, len(knots)) * (random.random(len(knots)) < 0.6)
+    )
     curvature = np.convolve(curvature, np.full(60, 1.0 / 60.0), "same")
     speed = speed_m_s * (1.0 + 0.1 * np.sin(t / 17.0)) + 1e-3 * random.standard_normal(count)
     yaw_rate = speed * curvature

@@ -108,7 +108,9 @@ def whole_day(seed: int) -> tuple[dict[str, Array], Array]:
     return columns, outputs["reasons"]
 
 
-REASONS_OF_A_DAY = [bit for name, bit in _core.REASONS.items() if name not in ("time", "window", "yaw_rate_bias", "signal_fault")]
+REASONS_OF_A_DAY = [
+    bit for name, bit in _core.REASONS.items() if name not in ("time", "window", "yaw_rate_bias", "signal_fault")
+]
 WAYS = [("joint", "observer"), ("thesis", "yaw-rate-understeer"), ("wheel-speed", "wheel-speed")]
 
 

@@ -44,8 +44,7 @@ static void land(oc_signal_watch *w, float value, float jump) {
     const float apart = fabsf(value - w->before_last);
     w->resolution = apart > 0.0f ? oc_min(apart, w->resolution) : w->resolution;
     w->jumped = jump;
-    w->at_filled = fabsf(value - w->filled) <= same_share * jump;
-    if (w->at_filled) {
+    if (fabsf(value - w->filled) <= same_share * jump) {
         w->landed += 1.0f;
         return;
     }
@@ -61,29 +60,32 @@ static bool is_abrupt(float change, float before) {
     return fabsf(change) > abrupt * fabsf(before) || fabsf(change + before) < back_share * fabsf(change);
 }
 
+static void jump_to(oc_signal_watch *w, float value, float change, float impossible) {
+    const float moved = fabsf(change);
+    if (is_abrupt(change, w->change_before)) {
+        land(w, value, moved);
+        w->jumps += moved > impossible ? 1.0f : 0.0f;
+    }
+    w->jumped_in_step += moved;
+}
+
 void oc_signal_watch_update(oc_signal_watch *w, float value, float impossible) {
     const float change = value - w->last, moved = fabsf(change);
     w->moved_by_two += fabsf(value - w->before_last);
+    w->held_ticks = moved > 0.0f ? 0 : w->held_ticks + 1;
     if (moved > w->jump) {
-        if (is_abrupt(change, w->change_before)) {
-            land(w, value, moved);
-            w->jumps += moved > impossible ? 1.0f : 0.0f;
-        }
-        w->jumped_in_step += moved;
-        w->held_ticks = 0;
-    } else if (moved > 0.0f) {
-        w->moved += moved;
-        w->resolution = oc_min(moved, w->resolution);
-        w->at_filled = 0;
-        w->held_ticks = 0;
+        jump_to(w, value, change, impossible);
     } else {
-        ++w->held_ticks;
+        w->moved += moved;
     }
-    w->filled_ticks += w->at_filled;
-    w->zero_ticks += value == 0.0f;
     w->change_before = change;
     w->before_last = w->last;
     w->last = value;
+}
+
+/* At the last two ticks, since every second sample may be filled. */
+static float share_at(const oc_signal_watch *w, float value) {
+    return 0.5f * ((w->last == value ? 1.0f : 0.0f) + (w->before_last == value ? 1.0f : 0.0f));
 }
 
 static void forget(oc_signal_watch *w) {
@@ -102,14 +104,15 @@ void oc_signal_watch_end_step(oc_signal_watch *w, float jump_min, float ticks, f
     const float moved = w->moved + w->jumped_in_step;
     if (moved > 0.0f) {
         w->alternation += (w->moved_by_two / moved - w->alternation) * share;
-        w->zero_share += ((float)w->zero_ticks / ticks - w->zero_share) * share;
+        w->zero_share += (share_at(w, 0.0f) - w->zero_share) * share;
     }
+    const float last_change = fabsf(w->change_before);
+    w->resolution = last_change > 0.0f ? oc_min(last_change, w->resolution) : w->resolution;
     w->change += (w->moved / ticks - w->change) * share;
     w->jump = oc_max(oc_max(jump_min, jump_changes * w->change), jump_resolutions * oc_signal_resolution(w));
     w->observed_s += step_s;
-    w->filled_s += (float)w->filled_ticks / ticks * step_s;
+    w->filled_s += w->landed > 0.0f ? share_at(w, w->filled) * step_s : 0.0f;
     w->moved = w->jumped_in_step = w->moved_by_two = 0.0f;
-    w->filled_ticks = w->zero_ticks = 0;
     forget(w);
 }
 

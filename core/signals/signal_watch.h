@@ -26,9 +26,6 @@ typedef struct {
     float zero_share;          /* of the time at exactly 0 */
     float observed_s;          /* s */
     int32_t held_ticks;        /* since the last change */
-    int32_t at_filled;         /* at `filled` since a jump */
-    int32_t filled_ticks;      /* at it in this step */
-    int32_t zero_ticks;        /* at exactly 0 in this step */
 } oc_signal_watch;
 
 /* The first tick. */

@@ -54,9 +54,7 @@ STATUSES: tuple[str, ...] = tuple(_text(lib.oc_status_name(k)) for k in range(li
 METHODS: tuple[str, ...] = tuple(_text(lib.oc_method_name(k)) for k in range(lib.OC_METHOD_COUNT))
 ANGLE_METHODS: tuple[str, ...] = tuple(_text(lib.oc_angle_method_name(k)) for k in range(lib.OC_ANGLE_METHOD_COUNT))
 SIGNAL_BITS = {name: bit for name, bit in _VALID_BITS.items() if bit < 16}  # those that the core judges
-SIGNAL_FAULTS: tuple[str, ...] = tuple(
-    _text(lib.oc_signal_fault_name(k)) for k in range(lib.OC_SIGNAL_FAULT_COUNT)
-)
+SIGNAL_FAULTS: tuple[str, ...] = tuple(_text(lib.oc_signal_fault_name(k)) for k in range(lib.OC_SIGNAL_FAULT_COUNT))
 FAULTS: tuple[str, ...] = tuple(_text(lib.oc_fault_name(k)) for k in range(lib.OC_FAULT_COUNT))
 IMAGE_FAULTS: tuple[str, ...] = tuple(_text(lib.oc_image_fault_name(k)) for k in range(lib.OC_IMAGE_FAULT_COUNT))
 ANGLE_SOURCES: tuple[str, ...] = tuple(_text(lib.oc_angle_source_name(k)) for k in range(lib.OC_SOURCE_COUNT))

@@ -20,7 +20,9 @@ _BITS = "the start bit, length, byte order and sign that the database gives it"
 _WHOLE_TURN_DEG, _NEAR_DEG = 360.0, 20.0
 _STUCK_SHARE_MAX = 0.75  # of the drive: beyond it, the estimates rest on the stuck signal
 _WRONG_BITS_FROM = 100.0  # factor beyond all wrong units
-_RELATIVE_NEAR = 1.35  # factor within which a size is that of a wrong unit: the usual ratio of two signals is as uncertain
+_RELATIVE_NEAR = (
+    1.35  # factor within which a size is that of a wrong unit: the usual ratio of two signals is as uncertain
+)
 _USUAL_BY_UNDERSTEER = 1.35  # size of the angle's motion over that of the others, at low speed
 _SLIPS: Mapping[str, tuple[tuple[float, str], ...]] = {
     "steering_wheel_angle": ((1.0 / DEGREE, "deg read as rad"), (DEGREE, "rad read as deg")),
@@ -98,9 +100,7 @@ def _sensor_fault(fault: SignalFault) -> str:
 
 def _from_before(answer: Answer, fault: SignalFault) -> Answer:
     invalid = {name: replace(getattr(answer, name), status="invalid") for name in _LEARNED}
-    return replace(
-        answer, **invalid, sensor_fault=_sensor_fault(fault), findings=(finding_of(fault), *answer.findings)
-    )
+    return replace(answer, **invalid, sensor_fault=_sensor_fault(fault), findings=(finding_of(fault), *answer.findings))
 
 
 # Findings that do not rest on another signal.

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from oncenter.findings import Finding
 from oncenter.offset.answer import Answer
-from oncenter.plausibility import faults, stuck_speed
+from oncenter.plausibility import faults
 from oncenter.signals import Signals
 from oncenter.verdict.accused import accused_by
 
@@ -32,10 +32,11 @@ def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
 
     Args:
         answer: of one run of the core.
-        contradicts: no truck has such an answer, so all faults are checked; otherwise only those that can leave a
-            plausible answer.
+        contradicts: no truck has such an answer.
     """
-    found_in = [faults(drive, answer.vehicle) if contradicts else _hidden(answer, drive) for drive in answer.drives]
+    if not contradicts:
+        return answer
+    found_in = [faults(drive, answer.vehicle) for drive in answer.drives]
     found = tuple(dict.fromkeys(fault for of_drive in found_in for fault in of_drive))
     if not any(_leaves_nothing(fault, answer) for fault in found):
         return replace(answer, findings=(*found, *answer.findings))
@@ -59,14 +60,6 @@ def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
         changes=(),
         findings=(*found, *kept),
     )
-
-
-def _hidden(answer: Answer, drive: Signals) -> tuple[Finding, ...]:
-    """A stuck vehicle speed; where the offset does not converge, also a wrong sign or unit."""
-    if answer.method != "joint" or answer.offset.status != "converging":
-        return stuck_speed(drive)
-    mixed_up = (fault for fault in faults(drive, answer.vehicle) if fault.code in ("scale", "sign_reversed"))
-    return (*stuck_speed(drive), *mixed_up)
 
 
 def _leaves_nothing(fault: Finding, answer: Answer) -> bool:

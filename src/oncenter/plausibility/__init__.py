@@ -19,7 +19,7 @@ from oncenter.plausibility.recording import recording_findings
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
-__all__ = ["CannotTell", "Plausibility", "check", "faults", "rough_ratio_times_wheelbase_m", "stuck_speed"]
+__all__ = ["CannotTell", "Plausibility", "check", "faults", "rough_ratio_times_wheelbase_m"]
 
 
 @dataclass(frozen=True)
@@ -76,11 +76,6 @@ def faults(signals: Signals, vehicle: Vehicle | None = None) -> tuple[Finding, .
     units = signs_and_units.units(drive)
     verdicts = (*presence.stuck(drive), signs_and_units.sign(drive), units, signs_and_units.wheels(drive, units))
     return tuple(each for each in verdicts if isinstance(each, Finding) and each.severity == "error")
-
-
-def stuck_speed(signals: Signals) -> tuple[Finding, ...]:
-    """A vehicle speed that stays at one value while the wheel speeds change; the only check of `faults` made here."""
-    return tuple(presence.speed_stuck_beside_wheels(GridSignals(signals, None)))
 
 
 def rough_ratio_times_wheelbase_m(signals: Signals) -> float | None:

@@ -27,6 +27,7 @@ AXLES: tuple[Axle, ...] = ("front", "rear")
 _PER_TRACK = (0.5, 2.2)
 _TRACKS_M = (1.6, 2.1)  # where the vehicle file has none
 _LAG_MAX_S = 0.2  # twice that of EBC2's messages and a filter
+_LAG_SEARCHED_S = 0.8  # either way
 _LAGS_ALIKE_S = 0.1  # of two axles
 _TURNING_MIN_RAD_S = 0.3 * DEGREE  # spread of the yaw rate; its noise hardly lowers the slope then
 _STEPS_MIN = 1.5  # of the difference, as spread of the expected one: rounding can hide a smaller one
@@ -161,7 +162,7 @@ def _mismatch(drive: GridSignals, axle: Axle) -> _Mismatch | None:
         return _Mismatch(axle, "small", value / track)
     if value - half_width > _PER_TRACK[1] * track_high:
         return _Mismatch(axle, "large", value / track)
-    lags = lags_s(drive.driven(drive.yaw_rate), difference, drive.step_s)
+    lags = lags_s(drive.driven(drive.yaw_rate), difference, drive.step_s, _LAG_SEARCHED_S)
     if lags is None or min(map(abs, lags)) <= _LAG_MAX_S or lags[0] * lags[1] < 0.0:
         return None
     return _Mismatch(axle, "lag", sum(lags) / 2)

@@ -36,20 +36,22 @@ def _correlation(x: Column, y: Column) -> float:
     return float(np.mean((x - x.mean()) * (y - y.mean()))) / spread if spread > 0 else 0.0
 
 
-def lags_s(early: Column, late: Column, step_s: float) -> tuple[float, float] | None:
+def lags_s(
+    early: Column, late: Column, step_s: float, searched_s: float = _LAG_SEARCHED_S
+) -> tuple[float, float] | None:
     """`lag_s` in each half of the drive; None unless both have one."""
     middle = len(early) // 2
-    first = lag_s(early[:middle], late[:middle], step_s)
-    second = lag_s(early[middle:], late[middle:], step_s)
+    first = lag_s(early[:middle], late[:middle], step_s, searched_s)
+    second = lag_s(early[middle:], late[middle:], step_s, searched_s)
     return None if first is None or second is None else (first, second)
 
 
-def lag_s(early: Column, late: Column, step_s: float) -> float | None:
+def lag_s(early: Column, late: Column, step_s: float, searched_s: float = _LAG_SEARCHED_S) -> float | None:
     """The delay of `late` behind `early`, where their changes correlate most; None where they do not correlate."""
     x, y = _increments(early), _increments(late)
     if np.isfinite(x * y).sum() * step_s < MIN_TIME_S / 2:
         return None
-    furthest = round(_LAG_SEARCHED_S / step_s)
+    furthest = round(searched_s / step_s)
     y = np.pad(y, furthest, constant_values=np.nan)
     likeness = [_likeness(x, y[shift : shift + len(x)]) for shift in range(2 * furthest + 1)]
     best = int(np.argmax(likeness))

@@ -32,6 +32,7 @@ _STANDING_M_S = 0.5
 _YAWS_RAD_S = 0.5 * DEGREE  # spread; a gyro's noise at standstill is a fifth of it
 _HELD_STEPS = 3.0  # size of the change after a held value
 _HELD_CHANGES_MIN = 30  # fewer are dropouts
+_PIECES, _PIECE = 16, 1500  # rows: 24,000 at most
 _MANY = 100  # different values, which show the resolution of a signal
 
 # coarsest harmless step: angle, a share of Table 1's 2.5 deg; yaw rate, half of 5.3.1's 0.2 deg/s
@@ -188,16 +189,6 @@ def _wheels_spread(drive: GridSignals, run: slice) -> float:
     return float(fastest - slowest)
 
 
-def speed_stuck_beside_wheels(drive: GridSignals) -> list[Finding]:
-    """A vehicle speed that stays at one value while the wheel speeds change by more than its resolution."""
-    runs = _runs_of_one_number(drive, "vehicle_speed")
-    if not runs:
-        return []
-    limit = (_step_of(drive.ticks("vehicle_speed")) or 0.0) + _WHEELS_M_S
-    runs = [run for run in runs if _wheels_spread(drive, run) > limit]
-    return [_stuck(drive, "vehicle_speed", runs)] if runs else []
-
-
 def _turns_by_more_than_a_step(drive: GridSignals, run: slice) -> bool:
     """Whether the angle changed meanwhile by more than the resolution of the yaw rate; always where that is fine."""
     step = coarse_step(drive.signals, "yaw_rate")
@@ -256,9 +247,17 @@ def coarse_step(signals: Signals, name: str) -> float | None:
     return max(steps) if steps and max(steps) > coarsest * factor else None
 
 
+def _some_of(values: Column) -> Column:
+    """The finite values, of a long column those of some pieces: they show its steps as well, and sort faster."""
+    if len(values) > _PIECES * _PIECE:
+        starts = np.linspace(0, len(values) - _PIECE, _PIECES).astype(np.int64)
+        values = np.concatenate([values[start : start + _PIECE] for start in starts.tolist()])
+    return values[np.isfinite(values)]
+
+
 def _step_between(values: Column) -> float | None:
     """The `resolution`, also of a signal with only a few different values."""
-    numbers, counts = np.unique(np.round(values[np.isfinite(values)], 9), return_counts=True)
+    numbers, counts = np.unique(np.round(_some_of(values), 9), return_counts=True)
     recurring = counts >= 3
     if recurring.sum() < 2 or counts[recurring].sum() < _RECURRING_SHARE * counts.sum():
         return None
@@ -270,6 +269,6 @@ def resolution(values: Column) -> float | None:
 
     Only recurring values count: measured values recur, interpolated ones hardly do.
     """
-    numbers, counts = np.unique(np.round(values[np.isfinite(values)], 9), return_counts=True)
+    numbers, counts = np.unique(np.round(_some_of(values), 9), return_counts=True)
     recurring = numbers[counts >= 3]
     return float(np.quantile(np.diff(recurring), 0.1)) if len(recurring) >= 5 else None

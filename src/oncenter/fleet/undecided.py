@@ -1,8 +1,4 @@
-"""A truck's state: its interval against the limit, and for an undecided truck the drive that would narrow it most.
-
-The names of the states are those of `oncenter.verdict`. A single drive's verdict compares a valid offset itself with
-the limit; here the whole interval decides, since the truck's next drives narrow it.
-"""
+"""For an undecided truck, the drive that would narrow its interval most."""
 
 from __future__ import annotations
 
@@ -12,25 +8,6 @@ from dataclasses import dataclass
 
 from oncenter.fleet.offset_now import Offset
 from oncenter.tuned import TUNED
-
-RECALIBRATE, WITHIN, UNDECIDED, REPAIR = "recalibrate", "within", "undecided", "repair"
-NO_CORRECTION, NO_OFFSET = "no_correction", "no_offset"
-STATE_WORDS = {
-    RECALIBRATE: "recalibrate",
-    REPAIR: "sensor at fault",
-    UNDECIDED: "undecided",
-    WITHIN: "within the limit",
-    NO_CORRECTION: "relative sensor",
-    NO_OFFSET: "no offset yet",
-}
-
-
-def standing(value: float, sd: float, limit: float) -> str:
-    """Whether the whole 95 % interval is beyond the limit on either side, within it, or neither; all in one unit."""
-    half_width = 1.96 * sd
-    if abs(value) - half_width > limit:
-        return RECALIBRATE
-    return WITHIN if abs(value) + half_width < limit else UNDECIDED
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from oncenter import _core
 from oncenter.errors import OncenterError
-from oncenter.estimates.cause import Cause, causes_of
+from oncenter.estimates.cause import Cause, Pull, causes_of
 from oncenter.estimates.changes import Change, changes_of
 from oncenter.estimates.estimate import Estimate
 from oncenter.estimates.estimates import Method
@@ -20,7 +20,7 @@ from oncenter.offset.core_findings import findings_of
 from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings, moves_within, next_driving
 from oncenter.read.whole_turns import is_relative
-from oncenter.signals import SIGNALS, Signals
+from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.truck.drives import summary_of
 from oncenter.truck.zero import Zero
 from oncenter.vehicle import Vehicle
@@ -93,7 +93,14 @@ def answer_of(
         summary=summary_of(native, vehicle, params) if method == "joint" and native["used"] > 0.0 else None,
         next_driving=next_driving(native, params, vehicle) if method == "joint" else (),
         zero=_zero(native, changes, drives),
+        pull=_given_pull(params, native["offset_parts"]["per_acceleration"]),
     )
+
+
+def _given_pull(params: Mapping[str, float], per_acceleration: float) -> Pull | None:
+    """Of the vehicle file."""
+    value, sd = params["known_pull_m_s2"], params["known_pull_sd_m_s2"]
+    return Pull(value, sd, abs(value) * per_acceleration / DEGREE) if sd > 0.0 else None
 
 
 def _findings(

@@ -55,6 +55,7 @@ def core_says(**others: Any) -> dict[str, Any]:
         "yaw_rate_bias": estimate(0.01 * DEGREE, 0.01 * DEGREE),
         "yaw_rate_bias_wheel_time": 1700.0,
         "yaw_rate_bias_alarm_time": 0.0,
+        "yaw_rate_bias_moved": 0.2 * DEGREE,
         "standstill_lateral_acceleration": estimate(0.0, 0.01),
         "lacking_to_left": 0.0,
         "lacking_to_right": 0.0,
@@ -85,6 +86,7 @@ def findings(
     truck: Any = SimpleNamespace(ratio_near_centre=19.3, wheelbase_m=3.7, traffic_sign=traffic_sign)
     of_method = joint_findings(native, params, changes, truck)
     about = {"method": "joint", "yaw_rate_from_vdc2": False, "measures_banks": accelerometer, "of_method": of_method}
+    about |= {"limit_deg": 2.0}
     found = findings_of(native, params, False, **about)
     return {finding.code: finding for finding in found}
 
@@ -151,8 +153,8 @@ def test_wheel_speeds_on_unmeasured_banks_are_no_warning() -> None:
     ("play_deg", "says"),
     [
         (14.8, None),
-        (15.1, "15.1 ±0.4 deg of free play at the steering wheel. The maintenance limit of 15 deg is reached"),
-        (16.0, "This is more than the maintenance limit of 15 deg"),
+        (15.1, None),
+        (16.0, "16.0 ±0.4 deg of free play at the steering wheel. This is more than the maintenance limit of 15 deg"),
     ],
 )
 def test_play_beyond_the_maintenance_standard_is_a_warning(play_deg: float, says: str | None) -> None:

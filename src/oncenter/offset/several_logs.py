@@ -213,6 +213,7 @@ def _with_times(answer: _core.OcAnswer, drives: Sequence[Drive]) -> _core.OcAnsw
     answer["accelerometer_runs_away"] = moved["accelerometer_runs_away"]
     answer["yaw_rate_bias_wheel_time"] = sum(native["yaw_rate_bias_wheel_time"] for native in natives)
     answer["yaw_rate_bias_alarm_time"] = sum(native["yaw_rate_bias_alarm_time"] for native in natives)
+    answer["yaw_rate_bias_moved"] = max(native.get("yaw_rate_bias_moved", 0.0) for native in natives)
     answer["loaded_left_s"] = loaded_left_s
     answer["loaded_right_s"] = loaded_right_s
     answer["lacking_to_left"] = _lacking([(n["loaded_left_s"], n["lacking_to_left"]) for n in natives], loaded_left_s)

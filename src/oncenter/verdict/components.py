@@ -5,12 +5,10 @@ Check and repair need a valid estimate whose whole 95 % interval is beyond the t
 
 from __future__ import annotations
 
-import math
-
 from oncenter.estimates.estimate import Estimate
 from oncenter.estimates.estimates import Estimates
 from oncenter.findings import PLAY_STANDARD_DEG
-from oncenter.plausibility.zeros import YAW_RATE_BIAS_LARGE_DEG_S
+from oncenter.plausibility.zeros import TILTED_FROM_M_S2, YAW_RATE_BIAS_LARGE_DEG_S, ground_half_width
 from oncenter.signals import DEGREE
 from oncenter.verdict.accused import accused, finding_of, with_source
 from oncenter.verdict.decision import standing
@@ -21,7 +19,6 @@ from oncenter.verdict.verdict import About, Verdict
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none: offset/answer.py
 _LOOK = "Look at the sensor and its mounting."
 _STAND_STILL = "Stand still for 1 s with the ignition on."
-_TILTED_FROM_M_S2 = 0.25  # as plausibility/zeros.py reports it
 
 
 def angle_sensor(answer: Estimates) -> Verdict:
@@ -123,13 +120,10 @@ def _at_standstill(answer: Estimates) -> Verdict | None:
     standing_still = finding_of(answer, "lateral_acceleration_at_standstill")
     if standing_still is None or standing_still.value is None:
         return None
-    reading, params = standing_still.value, answer.params
-    ground = 1.96 * math.hypot(
-        params["standing_slope_sd_m_s2"], params["standing_crown_share_1"] * params["crown_m_s2"]
-    )
+    reading, ground = standing_still.value, ground_half_width(answer.params)
     worst = answer.vehicle.sensors.lateral_acceleration_bias_m_s2
     sure = abs(reading) - ground
-    if sure < _TILTED_FROM_M_S2:
+    if sure < TILTED_FROM_M_S2:
         return None
     beside = f"specified {worst:.2f} m/s^2 at most" if sure > worst else "level ground gives 0"
     said = f"it reads {reading:+.2f} m/s^2 at standstill ({beside}; a slope of the ground can add ± {ground:.2f})."

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from oncenter.estimates.bounds import BOUNDS
 from oncenter.estimates.estimates import Estimates
+from oncenter.signals import DEGREE
 from oncenter.verdict.accused import finding_of
 from oncenter.verdict.numbers import joined
 
@@ -121,9 +123,17 @@ def _tighter_bends(answer: Estimates) -> Driving | None:
 
 
 def _settled(answer: Estimates) -> Driving | None:
-    """A narrow interval that is not valid: the offset still moves, as after a late change."""
+    """A narrow interval that is not valid: the offset still moves, as after a late change, or a pull of usual size
+    would move it farther than on any truck."""
     if not is_narrow(answer):
         return None
+    whole = answer.offset.ci95
+    if whole is not None and whole[1] - whole[0] > 2.0 * BOUNDS["offset"].half_width:
+        around = 0.5 * (whole[1] - whole[0]) / DEGREE
+        return Driving(
+            "check the signals, then repeat the drive",
+            f"With a usual pull and wind the interval is ± {around:.1f} deg.",
+        )
     return Driving(f"drive 5 more minutes {_both_sides(answer)}", _why_not_valid(answer))
 
 

@@ -79,7 +79,7 @@ def test_an_offset_whose_whole_interval_is_beyond_the_limit_is_recalibrated(answ
     assert found.action == "Add -2.5 deg."
 
 
-def test_an_offset_with_the_limit_inside_its_interval_is_undecided_and_asks_for_another_drive(answer: Answer) -> None:
+def test_an_offset_with_the_limit_inside_its_interval_is_undecided_and_needs_another_drive(answer: Answer) -> None:
     found = about_offset(with_offset(answer, 1.96))
     assert found.state == "undecided"
     assert found.headline == (

@@ -1,4 +1,4 @@
-"""The widest 95 % interval with which a quantity is called valid; docs/reference/json.md has the table.
+"""The widest 95 % interval with which a quantity is called valid; docs/verdicts.md has the table.
 
 The core judges most of them by its parameters, per tick and with hysteresis. A coarse recording, several logs and
 quantities without a bound in the core can have a valid status with an interval that decides nothing: such an answer is

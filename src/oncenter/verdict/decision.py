@@ -22,7 +22,7 @@ OF_SIGNAL_OR_SENSOR = ("lost", "stuck", "wrong_sign")
 
 @dataclass(frozen=True)
 class Case:
-    """What decides.
+    """The facts that decide.
 
     Attributes:
         at_fault: as `at_fault` gives it, of the newest drive.

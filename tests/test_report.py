@@ -115,9 +115,9 @@ def test_the_page_loads_nothing_from_anywhere(text: str) -> None:
 def test_a_reader_meets_verdict_and_action_before_anything_else(answer: Answer, text: str) -> None:
     header = text[text.index("<header") : text.index("</header>")]
     assert text.index("<header") == text.index("<main>") + len("<main>\n")
-    assert '<span class="state recalibrate"><i aria-hidden="true">!</i> Recalibrate</span>' in header
-    assert "<h1>Straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg).</h1>" in header
-    assert '<p class="action">Add −2.0 deg.</p>' in header
+    assert '<span class="state undecided"><i aria-hidden="true">?</i> Undecided</span>' in header
+    assert "<h1>Straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg), which is inside the interval.</h1>" in header
+    assert '<p class="action">Log another drive, and give both logs to oncenter together.</p>' in header
     for finding in answer.findings:
         assert finding.text[1:].replace("+-", "±") in Parsed(text).visible
 

@@ -63,7 +63,7 @@ def _line(row: dict[str, Any]) -> str:
         value, interval = offset_words(row)
         offset = f"{value} deg, {interval}"
         since = _day(row["since"]) if row["changes"] else "first drive"
-        q = f"{row['q_value']:.2g}"
+        q = "" if row.get("q_value") is None else f"{row['q_value']:.2g}"
     truck = row["truck"] if len(row["truck"]) <= _TRUCK_SHOWN else f"{row['truck'][: _TRUCK_SHOWN - 1]}…"
     return f"{row['rank']:5}  {truck:24}{STATES[row['state']].word:18}{offset:>25}  {since:12}{q:>8}"
 

@@ -40,7 +40,7 @@ def _faulty(about: About, answer: Estimates) -> Verdict:
     if code == "repair":
         return Verdict(about, code, f"the sensor {observed}.", check)
     if code == "signal_or_sensor":
-        return Verdict(about, code, f"the signal {observed}.", check_both(answer.sensor_fault))
+        return Verdict(about, code, f"the steering wheel angle {observed}.", check_both(answer.sensor_fault))
     return Verdict(about, "not_measured", "not judged while another signal is at fault.", NO_ACTION)
 
 

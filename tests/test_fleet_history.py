@@ -78,15 +78,16 @@ def truck_row(name: str, value: float, sd: float, limit: float = 2.0) -> dict[st
     return {"truck": name, "state": state, "verdict": state, **offset}
 
 
-def offset_with(value: float, sd: float, spread_sd: float, *, load_would_help: bool = True) -> Offset:
-    """A valid one."""
+def offset_with(
+    value: float, sd: float, spread_sd: float, *, load_would_help: bool = True, is_valid: bool = True
+) -> Offset:
     return Offset(
         value=value,
         sd=sd,
         spread_sd=spread_sd,
         low=value - 1.96 * sd,
         high=value + 1.96 * sd,
-        is_valid=True,
+        is_valid=is_valid,
         has_evidence=True,
         since=0.0,
         pull=0.0,
@@ -155,7 +156,7 @@ def test_a_fault_at_the_end_of_the_newest_drive_decides_about_its_truck() -> Non
 
 
 def of_sd(sd: float, spread_sd: float, load_would_help: bool = True) -> Offset:
-    return offset_with(2.0, sd, spread_sd, load_would_help=load_would_help)
+    return offset_with(2.0, sd, spread_sd, load_would_help=load_would_help, is_valid=False)
 
 
 @pytest.mark.parametrize(
@@ -173,6 +174,11 @@ def test_an_undecided_truck_gets_the_drive_that_narrows_the_larger_part_of_its_i
     offset: Offset, driven: Driven, decides: str
 ) -> None:
     assert would_decide(offset, driven).startswith(decides)
+
+
+def test_a_pull_does_not_decide_about_a_valid_offset_so_another_load_is_not_the_advice() -> None:
+    valid = offset_with(2.0, 0.4, 0.1)
+    assert would_decide(valid, Driven([0.2] * 4, 40.0, 40.0)) == "another drive with bends both ways"
 
 
 def is_named(row: dict[str, object]) -> bool:

@@ -25,11 +25,11 @@ class Driven:
 
 
 def would_decide(offset: Offset, driven: Driven) -> str:
-    """The advice by the larger part of the interval: the drives' own part, or the part common to all drives (pull and
-    accelerometer bias)."""
+    """The advice by the part of the interval that decides: the drives' own part, and for an offset that is not valid
+    the larger one, which may be the part common to all drives (pull and accelerometer bias)."""
     own = sum(sd**-2.0 for sd in driven.sd) ** -0.5 if driven.sd else offset.spread_sd
     in_common = math.sqrt(max(offset.sd**2 - own**2, 0.0))
-    if in_common > own:
+    if in_common > own and not offset.is_valid:
         if offset.load_would_help:
             return "a drive at another load"
         return "drives on other roads, or a measured pull (pull_m_s2 in the vehicle file)"

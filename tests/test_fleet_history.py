@@ -93,6 +93,7 @@ def offset_with(
         pull=0.0,
         pull_sd=0.05,
         pull_effect=0.0,
+        not_identifiable_sd=0.0,
         accelerometer_bias=0.0,
         accelerometer_bias_sd=0.05,
         load_would_help=load_would_help,

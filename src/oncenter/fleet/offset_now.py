@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -18,7 +19,8 @@ from oncenter.truck.zero import Zero
 class Offset:
     """The offset since the last change, deg, at the truck's mean load; `since` is the start of the drive after it.
 
-    `low` and `high` are the ends of the whole 95 % interval; `pull_effect` is what the pull adds to the offset, deg.
+    `low` and `high` are the ends of the whole 95 % interval; `pull_effect` is what the pull adds to the offset, and
+    `not_identifiable_sd` the part of `sd` that the drives do not identify, deg.
     `zero` is that of the sensor; where it is not fixed the offset is that of the last drive, and no change is listed.
     `sd` is the whole standard deviation; `spread_sd` leaves out pull and accelerometer bias, which are common to all
     drives. `drift` is deg a day and its standard deviation, None below four drives. Accelerations in m/s^2.
@@ -35,6 +37,7 @@ class Offset:
     pull: float
     pull_sd: float
     pull_effect: float
+    not_identifiable_sd: float
     accelerometer_bias: float
     accelerometer_bias_sd: float
     load_would_help: bool
@@ -63,6 +66,7 @@ def offset_of(trucks: Trucks, place: int, starts: Numbers, rows: Sequence[Mappin
         since=float(starts[since]),
         pull=float(trucks.pull[place]),
         pull_sd=float(trucks.pull_sd[place]),
+        not_identifiable_sd=math.sqrt(max(sd**2 - spread_sd**2, 0.0)),
         pull_effect=abs(value - float(trucks.less_pull[place]) / DEGREE),
         accelerometer_bias=float(trucks.accelerometer_bias[place]),
         accelerometer_bias_sd=float(trucks.accelerometer_bias_sd[place]),
@@ -92,6 +96,7 @@ def _of_one(offset: Offset, row: Mapping[str, Any]) -> Offset:
         value=row["offset_deg"],
         sd=(high - low) / (2.0 * 1.96),
         spread_sd=own_sd,
+        not_identifiable_sd=row.get("offset_not_identifiable_sd_deg") or 0.0,
         low=low,
         high=high,
         is_valid=row["offset_status"] == "valid",

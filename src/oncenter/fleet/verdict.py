@@ -36,4 +36,9 @@ def second_line(state: Code, offset: Offset | None, drives: int, limit_deg: floa
         return None
     causes = "a pull or crosswind" if drives == 1 else "a pull"
     measured = align_first(Pull(offset.pull, offset.pull_sd, offset.pull_effect) if drives > 1 else None)
-    return measured or possible_pull(causes, own_interval(offset), (offset.low, offset.high), limit_deg) or None
+    around_deg = 1.96 * offset.not_identifiable_sd
+    return (
+        measured
+        or possible_pull(causes, around_deg, own_interval(offset), (offset.low, offset.high), limit_deg)
+        or None
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from oncenter.estimates.cause import Pull, in_words
+from oncenter.estimates.cause import Pull, in_words, together_rad
 from oncenter.estimates.changes import Change
 from oncenter.estimates.estimates import Estimates
 from oncenter.findings import PLAY_STANDARD_DEG
@@ -24,15 +24,17 @@ def by_pull(answer: Estimates, limit_deg: float) -> str:
     if measured or not causes or own is None or whole is None:
         return measured
     drives = "one drive" if len(answer.drives) == 1 else "these logs"
-    return possible_pull(f"{causes}, which {drives} cannot separate,", in_deg(own), in_deg(whole), limit_deg)
+    around_deg = 1.96 * together_rad(answer.not_identifiable) / DEGREE
+    return possible_pull(
+        f"{causes}, which {drives} cannot separate,", around_deg, in_deg(own), in_deg(whole), limit_deg
+    )
 
 
-def possible_pull(causes: str, own: Interval, whole: Interval, limit_deg: float) -> str:
-    """Empty where the whole interval is on the same side of the limit."""
+def possible_pull(causes: str, around_deg: float, own: Interval, whole: Interval, limit_deg: float) -> str:
+    """The 95 % half-width by the causes; empty where the whole interval is on the same side of the limit."""
     if standing(own, limit_deg) == standing(whole, limit_deg):
         return ""
-    more = max(whole[1] - own[1], own[0] - whole[0])
-    return f"{causes[:1].upper()}{causes[1:]} could add ± {more:.1f} deg."
+    return f"{causes[:1].upper()}{causes[1:]} could add ± {around_deg:.1f} deg."
 
 
 def in_deg(interval: Interval) -> Interval:

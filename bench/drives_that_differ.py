@@ -36,6 +36,7 @@ from oncenter.signals import DEGREE, Signals
 from oncenter.simulate.scenario import read_scenario
 from oncenter.tuned import BETWEEN_DRIVES
 from oncenter.vehicle import Vehicle, core_of
+from oncenter.verdict.states import TO_DO
 
 Record = dict[str, Any]
 Columns = Mapping[str, Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]]
@@ -330,7 +331,7 @@ def _groups(part: str, all_of: Sequence[Record]) -> Iterator[tuple[str, list[Rec
         some = [record for record in all_of if not key or record[key] == value]
         if part == "tyres":
             core = sum(record["core_holds"] for record in some)
-            accused = sum(any(state in ("check", "repair") for state in record["states"].values()) for record in some)
+            accused = sum(any(state in TO_DO for state in record["states"].values()) for record in some)
             yield (
                 f"tyres, {value:g} %",
                 some,

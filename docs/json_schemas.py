@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from oncenter.fleet.tables import TRUCKS
+from oncenter.verdict.states import OF_OFFSET, STATES
 
 Schema = dict[str, Any]
 STATUSES = ("valid", "converging", "unobservable", "invalid")
@@ -138,12 +139,13 @@ _VERDICT = object_of(
     "A verdict for a workshop.",
     {
         "about": text("The part: offset, angle sensor, free play, yaw rate sensor or accelerometer."),
-        "state": text("The verdict as one word."),
+        "state": text("Code of the verdict.", choices=list(STATES)),
+        "word": text("Word of the verdict, one for each code."),
         "headline": text("The verdict as a sentence."),
         "action": text("What to do, as a sentence; empty if nothing."),
         "note": text("A remark; empty if there is none."),
     },
-    optional=("note",),
+    optional=("note", "word"),
 )
 
 
@@ -360,7 +362,9 @@ def _compare() -> Schema:
             "unit": text("Unit of value and interval.", choices=["deg"]),
             "ci95_drive": interval("deg", "The part of its interval that its drive decides."),
             "status": text("Its status, as in offset-2.", choices=STATUSES),
+            "verdict": text("Code of its verdict, with the limit of the comparison.", choices=list(OF_OFFSET)),
         },
+        optional=("verdict",),
     )
     change = {
         "value": number("deg", "Offset after minus offset before; null if one of them is missing.", null=True),
@@ -420,8 +424,8 @@ def _fleet() -> Schema:
             "poisonous": rows("Logs that are skipped.", poisonous),
             "trucks": count("Trucks in the tables."),
             "changes_of_offset": count("Changes of an offset."),
-            "verdicts": by_name("By verdict, the number of trucks.", counts),
-            "states": by_name("By state, the number of trucks.", counts),
+            "verdicts": by_name("By code of the verdict, the number of trucks.", counts),
+            "states": by_name("The same; kept until the next release.", counts),
             "worst": rows("The first ten trucks of the ranking.", object_of("A truck.", truck)),
         },
         optional=("states",),

@@ -9,7 +9,12 @@ STRUCTS = ROOT / "src" / "oncenter" / "_structs.pyi"
 OF = ("oc_answer", "oc_output")
 KINDS = {"double": "float", "float": "float", "int32_t": "int", "uint32_t": "int", "uint64_t": "int", "_Bool": "bool"}
 # Members that Python adds, with the function.
-ADDED = {"oc_answer": ("yaw_rate_step_sd: NotRequired[float]  # offset.coarse_recording.widened",)}
+ADDED = {
+    "oc_answer": (
+        "yaw_rate_step_sd: NotRequired[float]  # offset.coarse_recording.widened",
+        "yaw_rate_bias_moved: NotRequired[float]  # offset.bias_course.BiasCourse",
+    )
+}
 HEAD = '''"""Structs of the core as dicts; core/*/*.h documents the members. docs/make_structs.py writes this file."""
 
 from typing import NotRequired, TypedDict

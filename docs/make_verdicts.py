@@ -17,6 +17,7 @@ import oncenter as oc
 from oncenter.report.browser import require_browser
 from oncenter.report.document import document
 from oncenter.report.verdict_part import verdict_header
+from oncenter.signals import DEGREE
 from oncenter.verdict import verdicts_of
 
 TRUCK = oc.vehicle("scania_r730_4x2")
@@ -34,16 +35,27 @@ def with_reversed_yaw_rate(drive: oc.Signals) -> oc.Signals:
     return replace(drive, table=drive.table.with_columns(-pl.col("yaw_rate_rad_s")))
 
 
+def with_drift(drive: oc.Signals) -> oc.Signals:
+    """The angle drifts by 0.1 deg/s from the 1200th second on."""
+    late_s = (pl.col("time_s") - pl.col("time_s").first() - 1200.0).clip(lower_bound=0.0)
+    return replace(drive, table=drive.table.with_columns(pl.col("steering_wheel_angle_rad") + 0.1 * DEGREE * late_s))
+
+
+def with_biased_yaw_rate(drive: oc.Signals) -> oc.Signals:
+    return replace(drive, table=drive.table.with_columns(pl.col("yaw_rate_rad_s") + 0.8 * DEGREE))
+
+
 STATES: dict[str, Callable[[], oc.Answer]] = {
-    "recalibrate": lambda: oc.offset(simulated("thesis_drive"), TRUCK),
+    "recalibrate": lambda: oc.offset(simulated("thesis_drive"), STRICT),
     "within": lambda: oc.offset(simulated("self_correction"), TRUCK),
     "undecided": lambda: oc.offset(simulated("bypass"), TRUCK),
     "over": lambda: oc.offset(simulated("country", until_s=120.0), STRICT),
-    "repair": lambda: oc.offset(simulated("sensor_failure"), TRUCK),
-    "no_verdict": lambda: oc.offset(with_reversed_yaw_rate(simulated("thesis_drive")), TRUCK),
+    "repair": lambda: oc.offset(with_drift(simulated("thesis_drive")), TRUCK),
+    "signal_or_sensor": lambda: oc.offset(simulated("sensor_failure"), TRUCK),
+    "check_signal": lambda: oc.offset(with_reversed_yaw_rate(simulated("thesis_drive")), TRUCK),
     "no_correction": lambda: oc.offset(simulated("relative_angle"), TRUCK),
     "changed": lambda: oc.offset(simulated("remounted_sensor"), TRUCK),
-    "check_free_play": lambda: oc.offset(simulated("heavy_play"), TRUCK),
+    "check": lambda: oc.offset(with_biased_yaw_rate(simulated("self_correction")), TRUCK),
 }
 
 

@@ -32,7 +32,7 @@ def test_offset_prints_the_verdict_first(drive_csv: Path, capsys: pytest.Capture
     assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--method", "thesis"]) == 0
     out, err = capsys.readouterr()
     verdict, _, words, *_ = out.splitlines()
-    assert verdict.startswith("Over the limit: straight-ahead offset +2.0")
+    assert verdict.startswith("Undecided: straight-ahead offset +2.0")
     assert words.startswith("straight-ahead offset 2.0")
     assert err == ""
 
@@ -41,10 +41,11 @@ def test_the_readme_says_what_the_demo_says(tmp_path: Path, capsys: pytest.Captu
     assert run(["demo", "--output", str(tmp_path / "demo")]) == 0
     verdict, _, words, *_, truth, _, again = capsys.readouterr().out.splitlines()
     readme = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
-    assert verdict.startswith("Recalibrate: straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg). Add -2.0 deg.")
+    assert verdict.startswith("Recalibrate: straight-ahead offset +2.0 deg ± 0.1 (limit 1.5 deg). Add -2.0 deg.")
     assert all(part in readme for part in words.split("; "))
     assert "2.04 deg" in truth and "2.04 deg" in readme
-    assert again.endswith(f"offset {tmp_path / 'demo' / 'drive.log'} --vehicle scania_r730_4x2")
+    assert again.endswith(f"offset {tmp_path / 'demo' / 'drive.log'} --vehicle scania_r730_4x2 --limit 1.5")
+    assert verdict in readme
     assert (tmp_path / "demo" / "report.html").stat().st_size > 1e6
 
 

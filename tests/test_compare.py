@@ -67,9 +67,27 @@ def test_an_offset_that_has_not_converged_decides_nothing() -> None:
     assert between(3.0, 0.1, status="converging").state == "undecided"
 
 
-def test_the_verdict_decides_by_the_numbers_it_prints() -> None:
-    assert between(5.0, 1.97).state == "not_successful"
-    assert between(5.0, 1.94).state == "successful"
+def test_the_whole_interval_after_decides_and_the_printed_numbers_agree() -> None:
+    assert between(5.0, 2.11).state == "not_successful"
+    assert between(5.0, 1.89).state == "successful"
+    both_sides = between(5.0, 1.97)
+    assert both_sides.state == "undecided" and "limit 2 deg inside the interval after" in both_sides.headline
+    assert "Log another drive" in both_sides.action
+    narrow = between(5.0, 1.89, half_width=0.104)
+    assert "from +5.0 to +1.89 deg" in narrow.headline and "+1.89 deg ± 0.10" in str(narrow)
+
+
+def test_each_offset_of_a_comparison_has_the_code_and_the_word_of_the_verdict() -> None:
+    found = between(3.0, 0.1)
+    given = found.to_dict()
+    assert (given["before"]["verdict"], given["after"]["verdict"]) == ("recalibrate", "within")
+    assert "Recalibrate" in str(found) and "Within the limit" in str(found)
+
+
+def test_whole_turns_are_no_correction_after_a_repair_either() -> None:
+    assert (
+        between(3.0, 362.0).action.startswith("Set the zero of the sensor") and "Add" not in between(3.0, 362.0).action
+    )
 
 
 def test_a_pull_cancels_in_the_change_and_the_wind_of_both_drives_does_not() -> None:

@@ -9,7 +9,6 @@ import polars as pl
 import pytest
 
 import oncenter as oc
-from oncenter.estimates.correction import Correction
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import vehicle_from
 
@@ -37,19 +36,6 @@ def test_applied_and_remaining_correction_remove_the_offset(signals: Signals) ->
     assert logged.correction.remaining == pytest.approx(-raw.offset.value + 1.5 * DEGREE, abs=0.1 * DEGREE)
 
 
-@pytest.mark.parametrize(
-    ("applied", "remaining", "said"),
-    [
-        (0.0, -2.04, "recalibrate: add -2.0 deg"),
-        (1.5, -0.5, "recalibrate: add -0.5 deg to the applied correction of +1.5 deg, so set +1 deg"),
-        (1.25, -0.46, "recalibrate: add -0.5 deg to the applied correction of +1.25 deg, so set +0.75 deg"),
-        (-2.0, 2.0, "recalibrate: add +2.0 deg to the applied correction of -2 deg, so set +0 deg"),
-    ],
-)
-def test_the_words_add_up(applied: float, remaining: float, said: str) -> None:
-    assert Correction(applied * DEGREE, remaining * DEGREE).words() == said
-
-
 def test_json_has_the_applied_the_remaining_and_the_total_correction(signals: Signals) -> None:
     given = answered(signals, offset_applied_deg=0.5).to_dict()
     assert given["offset"]["applied_deg"] == 0.5
@@ -61,7 +47,7 @@ def test_no_correction_is_given_while_the_offset_is_not_valid() -> None:
     answer = answered(oc.simulate("bypass", 1)[0])
     assert answer.offset.status == "converging"
     assert answer.to_dict()["correction"] == {"remaining_deg": None, "total_deg": None}
-    assert "recalibrate" not in answer.words()
+    assert "Add " not in str(answer)
 
 
 def test_no_correction_is_given_for_a_relative_sensor(signals: Signals) -> None:
@@ -69,9 +55,9 @@ def test_no_correction_is_given_for_a_relative_sensor(signals: Signals) -> None:
     assert answered(relative).correction is None
 
 
-def test_no_correction_is_recommended_where_the_interval_contains_zero(signals: Signals) -> None:
-    answer = answered(signals)
-    assert answer.offset.value is not None and "recalibrate" in answer.words()
+def test_a_correction_is_advised_beyond_the_limit_only(signals: Signals) -> None:
+    answer = answered(signals, offset_limit_deg=1.5)
+    assert answer.offset.value is not None and "Add -2.0 deg." in str(answer)
     column = "steering_wheel_angle_rad"
     right = replace(signals, table=signals.table.with_columns(pl.col(column) - answer.offset.value))
-    assert "recalibrate" not in answered(right).words()
+    assert "Add " not in str(answered(right, offset_limit_deg=1.5))

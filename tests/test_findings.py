@@ -16,8 +16,11 @@ from test_estimate import steady_drive
 import oncenter as oc
 from oncenter import _core
 from oncenter.cli.explain import read_sections
+from oncenter.estimates.bounds import BOUNDS, bounded
 from oncenter.estimates.changes import Change
+from oncenter.estimates.estimate import Estimate
 from oncenter.findings import Finding, demand
+from oncenter.offset.bias_course import BiasCourse
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.joint_findings import joint_findings
 from oncenter.signals import DEGREE, Signals
@@ -55,6 +58,7 @@ def core_says(**others: Any) -> dict[str, Any]:
         "yaw_rate_bias": estimate(0.01 * DEGREE, 0.01 * DEGREE),
         "yaw_rate_bias_wheel_time": 1700.0,
         "yaw_rate_bias_alarm_time": 0.0,
+        "yaw_rate_bias_moved": 0.2 * DEGREE,
         "standstill_lateral_acceleration": estimate(0.0, 0.01),
         "lacking_to_left": 0.0,
         "lacking_to_right": 0.0,
@@ -85,6 +89,7 @@ def findings(
     truck: Any = SimpleNamespace(ratio_near_centre=19.3, wheelbase_m=3.7, traffic_sign=traffic_sign)
     of_method = joint_findings(native, params, changes, truck)
     about = {"method": "joint", "yaw_rate_from_vdc2": False, "measures_banks": accelerometer, "of_method": of_method}
+    about |= {"limit_deg": 2.0}
     found = findings_of(native, params, False, **about)
     return {finding.code: finding for finding in found}
 
@@ -142,6 +147,63 @@ def test_a_short_change_of_the_gyro_bias_is_an_info_once_the_bias_is_identified_
         assert findings(yaw_rate_bias_alarm_time=15.0, yaw_rate_bias=bias)["yaw_rate_bias_moves"].severity == severity
 
 
+@pytest.mark.parametrize("moved_deg_s", [0.0, 0.09])
+def test_an_alarm_without_two_biases_that_exclude_each_other_accuses_no_sensor(moved_deg_s: float) -> None:
+    found = findings(yaw_rate_bias_alarm_time=120.0, yaw_rate_bias_moved=moved_deg_s * DEGREE)["yaw_rate_bias_moves"]
+    assert found.severity == "info" and "Check the yaw rate sensor" not in found.text
+
+
+@pytest.mark.parametrize(
+    ("bias_deg_s", "sd", "status", "severity"),
+    [
+        (0.78, 0.53, "converging", "info"),  # of a real car: +0.78 [-0.25, 1.81]
+        (0.78, 0.53, "valid", "info"),
+        (0.55, 0.04, "valid", "info"),
+        (0.6, 0.04, "valid", "warning"),
+    ],
+)
+def test_a_large_bias_is_a_warning_only_beyond_its_whole_interval(
+    bias_deg_s: float, sd: float, status: str, severity: str
+) -> None:
+    found = findings(yaw_rate_bias=estimate(bias_deg_s * DEGREE, sd * DEGREE, status))["yaw_rate_bias"]
+    assert found.severity == severity and ("check the sensor" in found.text) == (severity == "warning")
+
+
+def test_ground_that_slopes_as_usual_makes_no_accelerometer_a_suspect() -> None:
+    for reading, severity in ((0.44, "info"), (0.9, "warning")):
+        found = findings(standstill_lateral_acceleration=estimate(reading, 0.01))
+        assert found["lateral_acceleration_at_standstill"].severity == severity
+
+
+def test_an_offset_is_named_beyond_the_limit_by_this_drives_interval() -> None:
+    near = {"offset": estimate(2.1 * DEGREE, 0.4 * DEGREE), "offset_parts": parts(0.1)}
+    assert "steering_wheel_angle_offset" not in findings(**near)
+    found = findings(**near | {"offset": estimate(2.3 * DEGREE, 0.4 * DEGREE)})["steering_wheel_angle_offset"]
+    assert "beyond the limit of 2 deg" in found.text and "alibrate" not in found.text
+    turns = findings(**near | {"offset": estimate(362.0 * DEGREE, 0.4 * DEGREE)})["steering_wheel_angle_offset"]
+    assert "Do not enter this number" in turns.text
+
+
+def test_an_estimate_with_an_interval_that_decides_nothing_is_not_valid() -> None:
+    for name, bound in BOUNDS.items():
+        for half_width, status in ((0.9 * bound.half_width, "valid"), (1.1 * bound.half_width, "converging")):
+            given = Estimate(1.0, (1.0 - half_width, 1.0 + half_width), "valid", "rad")
+            assert bounded(name, given).status == status
+            page = (Path(__file__).parents[1] / "docs" / "verdicts.md").read_text(encoding="utf-8")
+            assert f"| {bound.in_files:g} " in page
+
+
+def test_a_bias_moved_only_if_two_of_its_intervals_exclude_each_other() -> None:
+    outputs = np.zeros(4, _core.OUTPUT_DTYPE)
+    outputs["yaw_rate_bias"] = np.array([0.0, 0.05, 0.3, 0.3]) * DEGREE
+    outputs["yaw_rate_bias_sd"] = np.array([0.02, 0.02, 1.0, 0.02]) * DEGREE  # the third says nothing
+    course = BiasCourse()
+    course.take(outputs[:3])
+    assert course.moved_rad_s == 0.0
+    course.take(outputs[3:])
+    assert course.moved_rad_s / DEGREE == pytest.approx(0.3 - 4 * 0.98 * 0.02, abs=1e-6)
+
+
 def test_wheel_speeds_on_unmeasured_banks_are_no_warning() -> None:
     moved = findings(yaw_rate_bias_alarm_time=600.0, accelerometer=False)["yaw_rate_bias_moves"]
     assert moved.severity == "info" and "the road bank (not measured)" in moved.text
@@ -151,8 +213,8 @@ def test_wheel_speeds_on_unmeasured_banks_are_no_warning() -> None:
     ("play_deg", "says"),
     [
         (14.8, None),
-        (15.1, "15.1 ±0.4 deg of free play at the steering wheel. The maintenance limit of 15 deg is reached"),
-        (16.0, "This is more than the maintenance limit of 15 deg"),
+        (15.1, None),
+        (16.0, "16.0 ±0.4 deg of free play at the steering wheel. This is more than the maintenance limit of 15 deg"),
     ],
 )
 def test_play_beyond_the_maintenance_standard_is_a_warning(play_deg: float, says: str | None) -> None:

@@ -412,16 +412,16 @@ def test_a_truck_whose_interval_holds_the_limit_is_undecided_on_page_tables_word
     verb = ["fleet", "run", str(fleet / "logs" / "depot-7"), "--vehicles", str(fleet / "vehicles"), "--limit", "0.5"]
     assert command([*verb, "--output", str(output)]) == 0
     words = capsys.readouterr().out
-    assert "1 undecided" in words and "needs another drive with bends both ways" in words
+    assert "1 Undecided" in words and "needs another drive with bends both ways" in words
     assert max(map(len, words.splitlines()[:-1])) <= 100
     [truck] = query("SELECT * FROM trucks", output).to_dicts()
     assert abs(truck["offset_deg"]) - 1.96 * truck["offset_sd_deg"] < 0.5
     assert abs(truck["offset_deg"]) + 1.96 * truck["offset_sd_deg"] > 0.5
     assert (truck["verdict"], truck["would_decide"]) == ("undecided", "another drive with bends both ways")
     page = (output / "index.html").read_text(encoding="utf-8")
-    assert '<span class="verdict undecided">undecided</span><small>needs another drive with bends both ways' in page
+    assert '<span class="verdict undecided">Undecided</span><small>needs another drive with bends both ways' in page
     given = json.loads((output / "metrics.json").read_text())
-    assert given["verdicts"]["undecided"] == given["states"]["undecided"] == 1 and given["verdicts"]["fine"] == 0
+    assert given["verdicts"]["undecided"] == given["states"]["undecided"] == 1 and given["verdicts"]["within"] == 0
 
 
 @pytest.mark.slow
@@ -453,17 +453,51 @@ def test_each_truck_has_the_limit_of_its_vehicle_file_unless_the_run_is_given_on
     assert trucks() == {VIN: (8.0, "within"), "depot-7": (2.0, "within")}
     assert "Each truck has the limit of its vehicle file" in (output / "index.html").read_text(encoding="utf-8")
     assert histories(output / "index.html")[VIN]["limit"] == 8.0
-    assert trucks(limit_deg=3.0) == {VIN: (3.0, "recalibrate"), "depot-7": (3.0, "within")}
+    assert trucks(limit_deg=3.0) == {VIN: (3.0, "over"), "depot-7": (3.0, "within")}
 
 
 def test_the_trucks_are_listed_by_rank_with_their_verdicts(
     undisturbed: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command(["fleet", "trucks", "--output", str(undisturbed)]) == 0
-    head, first, second = capsys.readouterr().out.splitlines()
-    assert first.split()[:3] == ["1", VIN, "recalibrate"] and "2026-03-05" in first
-    assert second.split()[:5] == ["2", "depot-7", "within", "the", "limit"]
+    head, first, needs, second = capsys.readouterr().out.splitlines()
+    assert first.split()[:5] == ["1", VIN, "Over", "the", "limit"] and "2026-03-05" in first
+    assert "needs another drive" in needs  # beyond the limit, but its number is not exact enough to set
+    assert second.split()[:5] == ["2", "depot-7", "Within", "the", "limit"]
     assert max(map(len, (head, first, second))) <= 100
+
+
+@pytest.mark.parametrize(
+    ("old", "trucks"), [("calibrate", []), ("fine", ["depot-7"]), ("undecided", [VIN]), ("unknown", [])]
+)
+def test_a_query_with_an_old_code_gets_the_old_codes_and_a_note(
+    undisturbed: Path, capsys: pytest.CaptureFixture[str], old: str, trucks: list[str]
+) -> None:
+    sql = f"SELECT truck FROM trucks WHERE verdict = '{old}' OR verdict = 'calibrate'"
+    assert command(["fleet", "query", sql, "--output", str(undisturbed), "--json"]) == 0
+    told = capsys.readouterr()
+    assert [row["truck"] for row in json.loads(told.out)["rows"]] == trucks
+    assert "'calibrate' is an old code of the column verdict" in told.err
+    assert "write verdict = 'recalibrate' AND NOT watch" in told.err
+
+
+def test_the_column_verdict_has_the_code_of_the_page(undisturbed: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    rows = query("SELECT truck, verdict FROM trucks WHERE verdict = state ORDER BY rank", undisturbed).rows()
+    assert rows == [(VIN, "over"), ("depot-7", "within")]
+    page = (undisturbed / "index.html").read_text(encoding="utf-8")
+    assert '<span class="verdict over">Over the limit</span>' in page
+
+
+def test_the_tables_of_a_former_version_answer_in_the_present_codes(undisturbed: Path, tmp_path: Path) -> None:
+    for name in ("drives", "trucks", "changes"):
+        table = pl.read_parquet(undisturbed / f"{name}.parquet")
+        if name == "trucks":
+            table = table.drop("watch", "second_line").with_columns(
+                state=pl.lit("recalibrate"), verdict=pl.lit("calibrate")
+            )
+        table.write_parquet(tmp_path / f"{name}.parquet")
+    assert query("SELECT truck FROM trucks WHERE verdict = 'recalibrate'", tmp_path).height == 2
+    assert query("SELECT truck FROM trucks WHERE verdict = 'calibrate'", tmp_path).height == 2
 
 
 def test_the_csv_of_the_trucks_has_all_columns_and_comes_back_as_it_was(
@@ -476,7 +510,7 @@ def test_the_csv_of_the_trucks_has_all_columns_and_comes_back_as_it_was(
     assert command(["fleet", "trucks", "--output", str(undisturbed), "--csv", str(path)]) == 0
     assert path.read_bytes() == b"\xef\xbb\xbf" + out.replace("\n", "\r\n").encode()  # Excel detects UTF-8 by the mark
     [first, _], given = csv.DictReader(io.StringIO(out)), query("SELECT * FROM trucks", undisturbed)
-    assert (first["truck"], first["state"], first["since"]) == (VIN, "recalibrate", "2026-03-05 07:00:00")
+    assert (first["truck"], first["state"], first["since"]) == (VIN, "over", "2026-03-05 07:00:00")
     assert float(first["offset_deg"]) == pytest.approx(given["offset_deg"][0], rel=1e-5)
 
 

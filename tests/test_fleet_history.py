@@ -9,6 +9,7 @@ from oncenter.fleet.history import NOISE, Readings, breaks, drift
 from oncenter.fleet.offset_now import Offset
 from oncenter.fleet.ranking import OfTruck, histories, rank, within
 from oncenter.fleet.undecided import Driven, would_decide
+from oncenter.fleet.verdict import state_of
 
 DAY_S = 86400.0
 MONDAY_S = 1_772_434_800.0  # 2026-03-02, 7:00 UTC
@@ -71,7 +72,35 @@ def test_a_drift_is_its_slope_with_an_interval_that_covers_it() -> None:
 
 def truck_row(name: str, value: float, sd: float, limit: float = 2.0) -> dict[str, object]:
     p_value = min(1.0, 2.0 * within(value, sd, limit))
-    return {"truck": name, "offset_deg": value, "offset_sd_deg": sd, "p_value": p_value, "limit_deg": limit}
+    found = offset_with(value, sd, sd)
+    state = state_of(None, found, "fixed", limit)
+    offset = {"offset_deg": value, "offset_sd_deg": sd, "p_value": p_value, "limit_deg": limit}
+    return {"truck": name, "state": state, "verdict": state, **offset}
+
+
+def offset_with(
+    value: float, sd: float, spread_sd: float, *, load_would_help: bool = True, is_valid: bool = True
+) -> Offset:
+    return Offset(
+        value=value,
+        sd=sd,
+        spread_sd=spread_sd,
+        low=value - 1.96 * sd,
+        high=value + 1.96 * sd,
+        is_valid=is_valid,
+        has_evidence=True,
+        since=0.0,
+        pull=0.0,
+        pull_sd=0.05,
+        pull_effect=0.0,
+        not_identifiable_sd=0.0,
+        accelerometer_bias=0.0,
+        accelerometer_bias_sd=0.05,
+        load_would_help=load_would_help,
+        zero="fixed",
+        drift=None,
+        changes=[],
+    )
 
 
 def test_trucks_are_ranked_by_evidence_not_by_value() -> None:
@@ -80,19 +109,19 @@ def test_trucks_are_ranked_by_evidence_not_by_value() -> None:
     )
     assert [row["truck"] for row in ranked] == ["sure", "wide", "fine", "?"]
     assert [row["rank"] for row in ranked] == [1, 2, 3, 4]
-    assert ranked[0]["verdict"] == "calibrate"
+    assert (ranked[0]["verdict"], ranked[0]["watch"]) == ("recalibrate", False)
 
 
-def test_calibrate_and_fine_have_their_whole_interval_on_one_side_of_the_limit() -> None:
+def test_recalibrate_and_within_have_their_whole_interval_on_one_side_of_the_limit() -> None:
     """A probability of 0.53 to be beyond the limit is no green verdict; nor is one of 0.5 % to be within it."""
     trucks = {
-        "calibrate": (2.9, 0.3),
-        "calibrate too": (-2.9, 0.3),
+        "recalibrate": (2.9, 0.3),
+        "recalibrate too": (-2.9, 0.3),
         "undecided": (2.03, 0.4),
         "undecided too": (-1.5, 0.4),
         "undecided as well": (0.0, 1.1),
-        "fine": (1.2, 0.4),
-        "fine too": (-0.1, 0.9),
+        "within": (1.2, 0.4),
+        "within too": (-0.1, 0.9),
     }
     ranked = rank([truck_row(name, value, sd) for name, (value, sd) in trucks.items()])
     assert {row["truck"]: row["verdict"] for row in ranked} == {name: name.split()[0] for name in trucks}
@@ -101,7 +130,7 @@ def test_calibrate_and_fine_have_their_whole_interval_on_one_side_of_the_limit()
 def test_a_change_beyond_the_limit_makes_a_truck_one_to_watch_where_its_offset_is_within() -> None:
     moved = truck_row("moved", 1.4, 0.2) | {"p_value": 1e-6}
     (row,) = rank([moved])
-    assert row["verdict"] == "watch"
+    assert (row["verdict"], row["watch"]) == ("within", True)
 
 
 def rows_of(codes: str) -> list[dict[str, object]]:
@@ -109,13 +138,15 @@ def rows_of(codes: str) -> list[dict[str, object]]:
     return [{"start": MONDAY_S + DAY_S * day, "findings": found} for day, found in ((0, ""), (1, codes))]
 
 
-def test_a_truck_whose_newest_drive_ended_with_a_fault_of_its_angle_sensor_needs_a_repair() -> None:
+def test_a_fault_at_the_end_of_the_newest_drive_decides_about_its_truck() -> None:
     fault = "yaw_rate_bias steering_wheel_angle_sensor_at_fault"
     trucks = {
-        "repair": rows_of(fault),
+        "repair": [*rows_of(fault), {"start": MONDAY_S + 2 * DAY_S, "findings": fault, "verdict": "repair"}],
+        "check_signal": [*rows_of(""), {"start": MONDAY_S + 2 * DAY_S, "findings": "scale", "verdict": "check_signal"}],
+        "signal_or_sensor": rows_of(fault),  # of a former version, without the drive's verdict
         "no_offset": rows_of("yaw_rate_bias"),
         "no_offset, repaired since": [*rows_of(fault), {"start": MONDAY_S + 3 * DAY_S, "findings": ""}],
-        "repair, and a log that cannot be read": [
+        "signal_or_sensor, and a log that cannot be read": [
             *rows_of(fault),
             {"start": MONDAY_S + 3 * DAY_S, "findings": None, "error_code": "unreadable_log"},
         ],
@@ -126,7 +157,7 @@ def test_a_truck_whose_newest_drive_ended_with_a_fault_of_its_angle_sensor_needs
 
 
 def of_sd(sd: float, spread_sd: float, load_would_help: bool = True) -> Offset:
-    return Offset(2.0, sd, spread_sd, 0.0, 0.0, 0.05, 0.0, 0.05, load_would_help, "fixed", None, [])
+    return offset_with(2.0, sd, spread_sd, load_would_help=load_would_help, is_valid=False)
 
 
 @pytest.mark.parametrize(
@@ -146,13 +177,23 @@ def test_an_undecided_truck_gets_the_drive_that_narrows_the_larger_part_of_its_i
     assert would_decide(offset, driven).startswith(decides)
 
 
+def test_a_pull_does_not_decide_about_a_valid_offset_so_another_load_is_not_the_advice() -> None:
+    valid = offset_with(2.0, 0.4, 0.1)
+    assert would_decide(valid, Driven([0.2] * 4, 40.0, 40.0)) == "another drive with bends both ways"
+
+
+def is_named(row: dict[str, object]) -> bool:
+    """Recalibrate, and hardly a false alarm."""
+    return row["verdict"] == "recalibrate" and not row["watch"]
+
+
 def test_ten_thousand_healthy_trucks_give_no_five_hundred_alarms() -> None:
     """An alarm at 5 % each would be 500 at the limit itself; and of a mix, few of those named are healthy."""
     random = np.random.default_rng(8)
     healthy = [truck_row(f"h{k}", x, 0.3) for k, x in enumerate(2.0 + 0.3 * random.normal(size=10_000))]
-    assert sum(row["verdict"] == "calibrate" for row in rank(healthy)) <= 3
+    assert sum(is_named(row) for row in rank(healthy)) <= 3
     ill = [truck_row(f"i{k}", x, 0.3) for k, x in enumerate(4.0 + 0.3 * random.normal(size=200))]
-    named = [row["truck"] for row in rank(healthy + ill) if row["verdict"] == "calibrate"]
+    named = [row["truck"] for row in rank(healthy + ill) if is_named(row)]
     assert sum(str(name).startswith("i") for name in named) >= 198
     assert sum(str(name).startswith("h") for name in named) <= 0.08 * len(named)
 

@@ -66,7 +66,7 @@ def test_a_drive_without_information_on_its_truck_has_no_summary(lacking: dict[s
 def test_a_truck_whose_rows_are_of_version_0_1_is_unknown_until_they_are_answered_anew() -> None:
     old = {"log": "a.parquet", "key": "a", "offset_deg": 3.0, "offset_sd_deg": 0.2, **OF_OFFSET}
     (history,) = histories([OfTruck("truck", [dict(old), dict(old)], 2.0)])
-    assert history.truck["verdict"] == "unknown" and history.truck["told"] == 0 and history.changes == []
+    assert history.truck["verdict"] == "undecided" and history.truck["told"] == 0 and history.changes == []
     assert history.truck.get("offset_deg") is None
 
 
@@ -88,7 +88,7 @@ def test_changes_lead_from_each_offset_to_the_next() -> None:
         replace(SUMMARY, offset=0.03 + 3.0 * DEGREE * (day >= 6) - 2.0 * DEGREE * (day >= 12)) for day in range(18)
     ]
     model = learn(together([drives]), priors_of())
-    offset = offset_of(model, 0, 1.7e9 + 86400.0 * np.arange(18))
+    offset = offset_of(model, 0, 1.7e9 + 86400.0 * np.arange(18), [{}] * 18)
     first, second = offset.changes
     assert (first.at, second.at) == (6, 12)
     assert first.after == pytest.approx(second.before) and second.after == pytest.approx(offset.value)

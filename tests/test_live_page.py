@@ -472,7 +472,7 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
         assert view.text_content("#flank-left-share") == "100 %"
         assert view.locator("canvas").count() >= 3
         _fits(view)
-        assert view.text_content("#verdict").startswith(words.verdict(session.snapshot).headline[:10])
+        assert view.text_content("#verdict").startswith(session.snapshot.verdict.headline[:9])
         assert view.is_hidden("#finished")
         assert wrong == []
         session.stop()
@@ -481,7 +481,7 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
         last = session.snapshot
     view.wait_for_selector("#finished:not([hidden])")
     assert view.text_content("#finished") == words.sentence(words.finished(last))
-    verdict = words.verdict(last)
+    verdict = last.verdict
     assert view.text_content("#verdict") == words.signed(verdict.headline + verdict.action)
     time.sleep(4.0)  # longer than a page waits for news before it is lost
     assert view.is_hidden("#lost") and view.is_hidden("#gate")

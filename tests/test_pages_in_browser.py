@@ -16,10 +16,10 @@ from two_trucks import DAY_S, MONDAY_S, VIN
 import oncenter as oc
 from oncenter.fleet.page import Contents, write_page
 from oncenter.fleet.page_data import PageData
-from oncenter.fleet.undecided import STATE_WORDS
 from oncenter.report import report, report_angle
 from oncenter.signals import DEGREE, Signals
 from oncenter.thesis import write
+from oncenter.verdict.states import OF_OFFSET
 
 pytestmark = pytest.mark.browser
 
@@ -71,11 +71,18 @@ def test_a_fleet_with_trucks_of_each_state_and_long_names_fits_a_telephone(brows
     drives = {"first_drive": MONDAY_S, "last_drive": MONDAY_S + DAY_S, "since": MONDAY_S}
     offset = {"offset_deg": 2.2, "offset_sd_deg": 0.3, "p_value": 0.04, "q_value": 0.2, "limit_deg": 2.0}
     trucks = [
-        {"truck": f"truck {k} of the northern depot, line 7", "rank": k, "state": state, "verdict": "watch"}
+        {
+            "truck": f"truck {k} of the northern depot, line 7",
+            "rank": k,
+            "state": state,
+            "verdict": state,
+            "watch": True,
+        }
         | drives
+        | {"second_line": "A pull could add ± 0.8 deg.", "offset_low_deg": 1.9, "offset_high_deg": 2.5}
         | {"would_decide": "another drive with bends both ways"}
         | (offset if state != "no_offset" else {"limit_deg": 2.0})
-        for k, state in enumerate(STATE_WORDS, 1)
+        for k, state in enumerate(OF_OFFSET, 1)
     ]
     write_page(tmp_path / "index.html", Contents(trucks, [], 5, {"no_speed": 3}, PageData(len(trucks))))
     assert faults_of(browser, (tmp_path / "index.html").as_uri()) == []

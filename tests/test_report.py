@@ -37,7 +37,7 @@ from oncenter.report.plots import STRIP_NAMES, figures
 from oncenter.report.thin import broken_at_holes, extremes
 from oncenter.report.verdict_part import verdict_header
 from oncenter.signals import DEGREE, Signals
-from oncenter.verdict import About, State, Verdict
+from oncenter.verdict import STATES, About, Verdict
 
 TRUCK = oncenter.vehicle("scania_r730_4x2")
 PARKING_S = 15  # the thesis drive's first seconds are too slow to tell anything
@@ -115,15 +115,15 @@ def test_the_page_loads_nothing_from_anywhere(text: str) -> None:
 def test_a_reader_meets_verdict_and_action_before_anything_else(answer: Answer, text: str) -> None:
     header = text[text.index("<header") : text.index("</header>")]
     assert text.index("<header") == text.index("<main>") + len("<main>\n")
-    assert '<span class="state recalibrate"><i aria-hidden="true">!</i> Recalibrate</span>' in header
-    assert "<h1>Straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg).</h1>" in header
-    assert '<p class="action">Add −2.0 deg.</p>' in header
+    assert '<span class="state undecided"><i aria-hidden="true">?</i> Undecided</span>' in header
+    assert "<h1>Straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg), which is inside the interval.</h1>" in header
+    assert '<p class="action">Log another drive, and give both logs to oncenter together.</p>' in header
     for finding in answer.findings:
         assert finding.text[1:].replace("+-", "±") in Parsed(text).visible
 
 
 def test_every_state_is_a_word_and_not_a_colour_alone(answer: Answer) -> None:
-    for state in get_args(State):
+    for state in STATES:
         for about in get_args(About):
             header = Parsed(verdict_header([Verdict(about, state, "A headline.", "An action.")] * 2, "a truck")).visible
             assert len(re.findall(r"[A-Z][a-zA-Z ]+", header)) >= 4  # the state's word, the headline and the action
@@ -132,7 +132,10 @@ def test_every_state_is_a_word_and_not_a_colour_alone(answer: Answer) -> None:
 def test_the_other_verdicts_stand_below_it_with_what_to_do_where_something_is_to_do(answer: Answer) -> None:
     play = Estimate(17.0 * DEGREE, (16.5 * DEGREE, 17.5 * DEGREE), "valid", "rad")
     visible = " ".join(Parsed(page_of(replace(answer, backlash=play))).visible.split())
-    assert "! Repair Free play: Free play 17.0 deg ± 0.5 (standard 15 deg). Look for worn joints" in visible
+    assert (
+        "! Repair Free play: Free play 17.0 deg ± 0.5 (maintenance limit of free play: 15 deg). Look for worn joints"
+        in visible
+    )
     assert "✓ OK Accelerometer: No fault found. Truck and drive" in visible
 
 

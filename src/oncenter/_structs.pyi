@@ -75,6 +75,7 @@ class OcAnswer(TypedDict):
     unused: float
     rejected: list[float]
     yaw_rate_step_sd: NotRequired[float]  # offset.coarse_recording.widened
+    yaw_rate_bias_moved: NotRequired[float]  # offset.bias_course.BiasCourse
 
 class OcMotion(TypedDict):
     curvature: float

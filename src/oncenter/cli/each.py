@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from oncenter.offset.answer import Answer, Schema
 
 _NAME_MAX = 60  # characters of a column
-_OFFSET_WIDTH, _STATUS_WIDTH, _STATE_WIDTH = 38, 12, 13
+_OFFSET_WIDTH, _STATUS_WIDTH, _STATE_WIDTH = 38, 12, 16
 _NO_ANSWER = "no answer"  # in place of a status
 
 
@@ -87,10 +87,10 @@ def _line(log: str, width: int, offset: str, status: str, why: str, state: str =
 
 
 def _state(answer: Answer) -> str:
-    """The state of the verdict on the offset."""
+    """The word of the verdict on the offset."""
     from oncenter.verdict import verdicts_of
 
-    return verdicts_of(answer)[0].state.replace("_", " ")
+    return verdicts_of(answer)[0].word
 
 
 def _offset(answer: Answer) -> str:

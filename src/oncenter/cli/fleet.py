@@ -114,9 +114,12 @@ def query(
     """Run an SQL query (polars' dialect) on the fleet's tables."""
     import polars as pl
 
+    from oncenter.fleet.sql import notes_on
     from oncenter.fleet.sql import query as ask
 
     result = ask(sql, output)
+    for note in notes_on(sql):
+        typer.echo(f"note: {note}", err=True)
     if json:
         typer.echo(f'{{"schema": "oncenter/query-1", "rows": {result.write_json()}}}')
         return
@@ -127,9 +130,10 @@ def query(
 def in_words(summary: Summary) -> str:
     """Counts of the run and of the fleet, and the first trucks of the ranking, on less than a screen."""
     from oncenter.fleet.listing import as_text
-    from oncenter.fleet.undecided import STATE_WORDS
+    from oncenter.verdict.states import OF_OFFSET
 
-    states = ", ".join(f"{count} {STATE_WORDS[name]}" for name, count in summary.states.items() if count)
+    counts = [(summary.states.get(code, 0), state.word) for code, state in OF_OFFSET.items()]
+    states = ", ".join(f"{count} {word}" for count, word in counts if count)
     unchanged = summary.logs_found - summary.logs_answered - summary.logs_refused
     changes = "change" if summary.changes_of_offset == 1 else "changes"
     lines = [
@@ -145,7 +149,7 @@ def in_words(summary: Summary) -> str:
     lines += [f"skipped, a reader crashed or was stopped: {each['error']}" for each in shown]
     if len(summary.poisonous) > len(shown):
         lines.append(f"also skipped: {len(summary.poisonous) - len(shown)} more, see drives.parquet")
-    first = [row for row in summary.worst if row["state"] not in ("within", "no_offset") or row["verdict"] == "watch"]
+    first = [row for row in summary.worst if row["state"] not in ("within", "no_offset") or row["watch"]]
     if first:
         lines += ["", as_text(first)]
     page, tables = Path(summary.output) / "index.html", f"oncenter fleet trucks --output {summary.output}"

@@ -250,8 +250,9 @@ def as_table(answer: oc.Answer) -> str:
     """Verdicts, the answer in words, its quantities as a table, and its findings, for a person at the prompt."""
     from oncenter.findings import EXPLAINED
     from oncenter.signals import DEGREE
+    from oncenter.verdict import lines_of
 
-    lines = [*_verdicts(answer), _without_correction(answer), ""]
+    lines = [*lines_of(answer), answer.words(), ""]
     for name, estimate in answer.quantities.items():
         given = estimate.to_dict()
         value = "-" if given["value"] is None else f"{given['value']:.3f}"
@@ -266,17 +267,3 @@ def as_table(answer: oc.Answer) -> str:
     lines += [f"  note: {note}" for note in answer.notes]
     lines += ["", f"  {EXPLAINED}"] if answer.findings else []
     return "\n".join(lines).rstrip()
-
-
-def _verdicts(answer: oc.Answer) -> list[str]:
-    """The verdict on the offset, then those on play and sensors that need work."""
-    from oncenter.verdict import verdicts_of
-
-    offset, *others = verdicts_of(answer)
-    to_do = [f"{each.about}: {each.words()}" for each in others if each.state in ("check", "repair")]
-    return [f"{offset.headline} {offset.action}", *filter(None, [offset.note]), *to_do]
-
-
-def _without_correction(answer: oc.Answer) -> str:
-    """The answer in words; the verdict names the correction already."""
-    return answer.words() if answer.correction is None else answer.words().replace(f"; {answer.correction.words()}", "")

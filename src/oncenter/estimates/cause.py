@@ -18,6 +18,7 @@ _PER_ACCELERATION_MIN = 1e-6  # rad/(m/s^2): below it no lateral force changes t
 _IN_WORDS: Mapping[Name, str] = {"pull": "pull", "mean_wind": "crosswind", "axle_set_up": "axle set up for the crown"}
 _REPORTED_FROM_RAD = 0.05 * DEGREE  # of a half-width: less rounds to zero
 _NAMED_FROM = 0.25  # of all causes together
+_MEASURED_FROM_DEG = 0.5  # of the offset: the half-width of a valid one, which a smaller pull does not exceed
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,26 @@ class Cause:
             "sd_deg": self.sd_rad / DEGREE,
             "prior": {"sd_m_s2": self.prior.sd_m_s2, "source": self.prior.source},
         }
+
+
+@dataclass(frozen=True)
+class Pull:
+    """A pull that several logs identify, or that the vehicle file gives, m/s^2, with its standard deviation;
+    `effect_deg` is the size of its effect on the offset."""
+
+    value: float
+    sd: float
+    effect_deg: float
+
+    @property
+    def is_measured(self) -> bool:
+        """Whether the whole 95 % interval of its effect is relevant."""
+        sure = abs(self.value) - 1.96 * self.sd
+        return sure > 0.0 and self.effect_deg * sure / abs(self.value) > _MEASURED_FROM_DEG
+
+    def words(self) -> str:
+        """ "the truck pulls by +0.20 ± 0.05 m/s^2"."""
+        return f"the truck pulls by {self.value:+.2f} ± {max(1.96 * self.sd, 0.01):.2f} m/s^2"
 
 
 def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_sign: float) -> Iterator[Cause]:

@@ -31,16 +31,5 @@ class Correction:
     def to_dict(self) -> dict[str, Any]:
         return {"remaining_deg": self.remaining / DEGREE, "total_deg": self.total / DEGREE}
 
-    def words(self) -> str:
-        """The instruction for a workshop."""
-        remaining, applied = round(self.remaining / DEGREE, 1) + 0.0, round(self.applied / DEGREE, 3)  # no -0.0
-        if applied == 0.0:
-            return f"recalibrate: add {remaining:+.1f} deg"
-        total = round(applied + remaining, 3) + 0.0
-        return (
-            f"recalibrate: add {remaining:+.1f} deg to the applied correction of {applied:+.4g} deg, so set "
-            f"{total:+.4g} deg"
-        )
-
 
 NO_CORRECTION = {"remaining_deg": None, "total_deg": None}  # where no valid offset is given

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from oncenter.estimates.cause import Cause
+from oncenter.estimates.cause import Cause, Pull
 from oncenter.estimates.changes import Change
 from oncenter.estimates.correction import Correction
 from oncenter.estimates.estimate import Estimate
@@ -19,6 +20,7 @@ from oncenter.vehicle import Vehicle
 Method = Literal["thesis", "joint", "wheel-speed"]
 METHODS: tuple[Method, ...] = ("thesis", "joint", "wheel-speed")
 DEFAULT_METHOD: Method = "joint"
+HALF_TURN_RAD = math.pi  # from here on an offset contains whole turns of the steering wheel
 
 
 @dataclass(frozen=True, repr=False)
@@ -48,7 +50,7 @@ class Estimates:
     "moves", changed several times or drifting.
 
     `next_driving` is the driving that would narrow this drive's part of the offset's interval, in words, the most
-    useful first; of the joint method.
+    useful first; of the joint method. `pull` is the one that several logs identify or the vehicle file gives.
     """
 
     version: str
@@ -84,14 +86,18 @@ class Estimates:
     summary: Summary | None
     next_driving: tuple[str, ...] = ()
     zero: Zero = "fixed"
+    pull: Pull | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "findings", most_severe_first(self.findings))
 
     @property
     def correction(self) -> Correction | None:
-        """The correction of a valid offset; None for a zero that is not fixed, since no correction would hold."""
+        """The correction of a valid offset; None for a zero that is not fixed, since no correction would hold, and for
+        whole turns, which are the zero of the sensor and no correction."""
         if self.offset.value is None or self.offset.status != "valid" or self.zero != "fixed":
+            return None
+        if abs(self.offset.value) >= HALF_TURN_RAD:
             return None
         return Correction(self.vehicle.offset_applied_deg * DEGREE, -self.offset.value)
 

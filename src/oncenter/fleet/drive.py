@@ -29,6 +29,8 @@ from oncenter.truck.fingerprint import fingerprint_of
 from oncenter.tuned import TUNED
 from oncenter.utc import EPOCH_S
 from oncenter.vehicle import Vehicle
+from oncenter.verdict import verdicts_of
+from oncenter.verdict.offset import has_evidence
 
 _DATE = re.compile(
     r"(?<!\d)((?:19|20)\d\d)-?([01]\d)-?([0-3]\d)[T_ -]?([0-2]\d)[-:.h]?([0-5]\d)(?:[-:.m]?([0-5]\d))?(?!\d)"
@@ -106,14 +108,18 @@ def of_answer(answer: Answer) -> dict[str, Any]:
     }
     for name, unit in _UNITS.items():
         row |= _columns(name, unit, getattr(answer, name))
+    row |= {"verdict": verdicts_of(answer)[0].state, "evidence_enough": has_evidence(answer)}
     return row | columns_of(answer.summary, answer.params) | _parts(answer)
 
 
 def _parts(answer: Answer) -> dict[str, float]:
-    """Both parts of the offset's interval, deg; empty without an offset."""
-    if answer.offset_half_width_rad is None:
+    """The offset's interval and both parts of it, deg; empty without an offset."""
+    if answer.offset_half_width_rad is None or answer.offset.ci95 is None:
         return {}
+    low, high = answer.offset.ci95
     return {
+        "offset_low_deg": low / DEGREE,
+        "offset_high_deg": high / DEGREE,
         "offset_drive_sd_deg": answer.offset_half_width_rad / 1.96 / DEGREE,
         "offset_not_identifiable_sd_deg": together_rad(answer.not_identifiable) / DEGREE,
     }

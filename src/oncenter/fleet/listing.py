@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 from oncenter.files.whole_file import write_whole
 from oncenter.fleet.sql import query
-from oncenter.fleet.undecided import STATE_WORDS
 from oncenter.utc import utc
+from oncenter.verdict.numbers import between
+from oncenter.verdict.states import STATES
 
 _BYTE_ORDER_MARK = "\ufeff"  # by which Excel recognises UTF-8
 _TRUCK_SHOWN = 22  # characters
@@ -32,20 +33,39 @@ def as_text(rows: Sequence[dict[str, Any]]) -> str:
     lines = [f"{'rank':>5}  {'truck':24}{'verdict':18}{'offset, 95 %':>25}  {'since':12}{'q':>8}"]
     for row in rows:
         lines.append(_line(row).rstrip())
-        if row["state"] == "undecided" and row.get("would_decide"):
-            lines.append(f"       needs {row['would_decide']}")
+        lines += [f"       {line}" for line in next_lines(row)]
     return "\n".join(lines)
+
+
+def offset_words(row: Mapping[str, Any]) -> tuple[str, str]:
+    """Offset and the interval that decides, deg, with the digits that the decision needs."""
+    if row.get("offset_low_deg") is None:  # a former version wrote it
+        value, half = row["offset_deg"], 1.96 * row["offset_sd_deg"]
+        return between(value, value - half, value + half, row["limit_deg"])
+    return between(row["offset_deg"], row["offset_low_deg"], row["offset_high_deg"], row["limit_deg"])
+
+
+def next_lines(row: Mapping[str, Any]) -> list[str]:
+    """Below the verdict: the drive that decides, a pull, and the reason to look again."""
+    needs = f"needs {row['would_decide']}" if row.get("would_decide") else ""
+    return [line for line in (needs, row.get("second_line") or "", _watched(row)) if line]
+
+
+def _watched(row: Mapping[str, Any]) -> str:
+    if not row.get("watch"):
+        return ""
+    return "watch: its last change exceeds the limit" if row["state"] == "within" else "watch: may be a false alarm"
 
 
 def _line(row: dict[str, Any]) -> str:
     offset, since, q = "-", "", ""
     if row.get("offset_deg") is not None:
-        value, half = row["offset_deg"], 1.96 * row["offset_sd_deg"]
-        offset = f"{value:+.1f} deg, {value - half:+.1f} to {value + half:+.1f}"
+        value, interval = offset_words(row)
+        offset = f"{value} deg, {interval}"
         since = _day(row["since"]) if row["changes"] else "first drive"
-        q = f"{row['q_value']:.2g}"
+        q = "" if row.get("q_value") is None else f"{row['q_value']:.2g}"
     truck = row["truck"] if len(row["truck"]) <= _TRUCK_SHOWN else f"{row['truck'][: _TRUCK_SHOWN - 1]}…"
-    return f"{row['rank']:5}  {truck:24}{STATE_WORDS[row['state']]:18}{offset:>25}  {since:12}{q:>8}"
+    return f"{row['rank']:5}  {truck:24}{STATES[row['state']].word:18}{offset:>25}  {since:12}{q:>8}"
 
 
 def as_csv(rows: Sequence[dict[str, Any]], line_end: str = "\r\n") -> str:

@@ -180,7 +180,7 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
     from oncenter.fleet.page_data import PageData, drive_data
     from oncenter.fleet.ranking import OfTruck, histories, rank, vehicle_file_of
     from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
-    from oncenter.fleet.undecided import STATE_WORDS
+    from oncenter.verdict.states import OF_OFFSET
 
     data = PageData(ledger.count_trucks())
     trucks: list[dict[str, Any]] = []
@@ -226,18 +226,14 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
         for row in ranked:
             table.add(row)
     write_page(folder / _PAGE, Contents(ranked, changes, count, refused, data))
-    verdicts = {
-        name: sum(row["verdict"] == name for row in ranked)
-        for name in ("calibrate", "watch", "undecided", "fine", "unknown")
-    }
-    states = {state: sum(row["state"] == state for row in ranked) for state in STATE_WORDS}
+    states = {str(state): sum(row["state"] == state for row in ranked) for state in OF_OFFSET}
     return {
         "drives": count,
         "refused": dict(sorted(refused.items())),
         "poisonous": tuple(poisonous),
         "trucks": len(ranked),
         "changes_of_offset": sum(change["quantity"] == "offset" for change in changes),
-        "verdicts": verdicts,
+        "verdicts": states,
         "states": states,
         "worst": tuple(ranked[:10]),
     }

@@ -14,23 +14,16 @@ from urllib.parse import quote
 from oncenter import _core
 from oncenter.files.whole_file import write_whole
 from oncenter.fleet import pictures
+from oncenter.fleet.listing import next_lines, offset_words
 from oncenter.fleet.page_data import PageData
 from oncenter.fleet.ranking import SHARE_OF_FALSE_ALARMS
-from oncenter.fleet.tables import OFFSET
-from oncenter.fleet.undecided import STATE_WORDS
 from oncenter.report.canvas import COLOURS
 from oncenter.report.document import document, embedded, joined, key, nothing
 from oncenter.utc import utc
+from oncenter.verdict.states import AT_FAULT, OF_OFFSET, STATES, colour_of
 
+_NOT_DRAWN = ("check_signal", "no_offset")  # without an offset
 _SHOWN, _LISTED = 20, 200  # trucks in the table at first, and when it is opened; every truck opens by its name
-_ABOUT = {
-    "recalibrate": "whole interval beyond the limit",
-    "repair": "steering wheel angle sensor",
-    "undecided": "limit inside the interval",
-    "within": "whole interval within the limit",
-    "no_correction": "another zero at each start",
-    "no_offset": "more driving needed",
-}
 
 
 @dataclass(frozen=True)
@@ -92,30 +85,36 @@ def _section(title: str, inside: str) -> str:
 
 
 def _states_key() -> str:
-    return key(**{colour: STATE_WORDS[state] for state, colour in pictures.STATE_COLOURS.items()})
+    swatches = (
+        f'<span><i class="swatch" style="background:{colour_of(code)}"></i>{state.word}</span>'
+        for code, state in OF_OFFSET.items()
+        if code not in _NOT_DRAWN
+    )
+    return f'<p class="key">{" ".join(swatches)}</p>'
 
 
 def _head(contents: Contents) -> str:
     ranked = contents.ranked
-    counts = {state: sum(row["state"] == state for row in ranked) for state in STATE_WORDS}
+    counts = {state: sum(row["state"] == state for row in ranked) for state in OF_OFFSET}
     days = [row[name] for row in ranked for name in ("first_drive", "last_drive") if row[name] is not None]
     span = f", {_day(min(days))} to {_day(max(days))}" if days else ""
     of_offset = sum(change["quantity"] == "offset" for change in contents.changes)
     wrong = ", ".join(f"{count} {escape(code.replace('_', ' '))}" for code, count in contents.refused.items())
     found = f"{of_offset} {'change' if of_offset == 1 else 'changes'} of an offset detected."
     tiles = "".join(
-        f'<div class="tile {state}"><b>{count}</b><span>{STATE_WORDS[state]}</span><small>{_ABOUT[state]}</small></div>'
-        for state, count in counts.items()
-        if count or state == "recalibrate"
+        f'<div class="tile {code}"><b>{counts[code]}</b><span>{state.word}</span><small>{state.about}</small></div>'
+        for code, state in OF_OFFSET.items()
+        if counts[code] or code == "recalibrate"
     )
     return f"""<header>
 <p class="log">{len(ranked)} trucks · {contents.drives} drives{span}</p>
 <h1>Steering wheel angle offsets of the fleet</h1>
 <div class="tiles">{tiles}</div>
 <p>{found}{f" Logs without an answer: {wrong}." if wrong else ""}</p>
-<p class="quiet">{_limit(ranked)} The 95 % interval of a truck's offset decides. Recalibrate: the whole interval is
-beyond the limit. Within the limit: the whole interval is within it. Undecided: the limit is inside the interval, and
-the table names the drive that narrows it most. {_evidence(ranked)}</p>
+<p class="quiet">{_limit(ranked)} The 95 % interval of a truck's offset from its drives decides. Recalibrate: the whole
+interval is beyond the limit. Within the limit: the whole interval is within it. Undecided: the limit is inside the
+interval, or the drives are too few, and the table names the drive that narrows it most. A pull is a second line in the
+table. {_evidence(ranked)}</p>
 </header>"""
 
 
@@ -160,18 +159,27 @@ def _truck(picture: str, contents: Contents) -> str:
 
 
 def _at_fault(ranked: Sequence[dict[str, Any]]) -> str:
-    """The trucks whose sensor needs a repair: their rank says nothing of that."""
-    rows = [row for row in ranked if row["state"] == "repair"]
+    """The trucks whose signal or sensor is at fault: their rank says nothing of that."""
+    rows = [row for row in ranked if row["state"] in AT_FAULT]
     if not rows:
         return ""
-    items = [
-        f"<li>{_link(row)}: a fault of the steering wheel angle sensor at the newest drive, {_day(row['last_drive'])}, "
-        "or its zero moves from drive to drive.</li>"
-        for row in rows[:_LISTED]
-    ]
+    items = [f"<li>{_link(row)}: {_state(row)} {_FAULTS[row['state']]}</li>" for row in rows[:_LISTED]]
     more = f'<p class="quiet">The first {_LISTED} of {len(rows)}.</p>' if len(rows) > _LISTED else ""
-    action = "<p>Check the sensor, its mounting and its connector; an offset from before the fault must not be set.</p>"
-    return _section("Sensor at fault", f"{action}<ul>{joined(items)}</ul>{more}")
+    action = "<p>An offset from before a fault must not be set.</p>"
+    return _section("Signal or sensor at fault", f"{action}<ul>{joined(items)}</ul>{more}")
+
+
+_FAULTS = {
+    "check_signal": "The signals of its newest drive contradict each other: correct the signal that its report names.",
+    "signal_or_sensor": "The steering wheel angle of its newest drive is lost, stuck or reversed: check the signal "
+    "first, then the sensor.",
+    "repair": "A fault of the steering wheel angle sensor at the newest drive, or its zero moves from drive to drive: "
+    "check the sensor, its mounting and its connector.",
+}
+
+
+def _state(row: Mapping[str, Any]) -> str:
+    return f'<span class="verdict {row["state"]}">{STATES[row["state"]].word}</span>'
 
 
 def _ranking(ranked: Sequence[dict[str, Any]], changes: Sequence[dict[str, Any]], divs: Mapping[str, str]) -> str:
@@ -202,27 +210,16 @@ def _line(row: dict[str, Any], change: dict[str, Any] | None) -> str:
     has_offset = row.get("p_value") is not None
     cells = ["—"] * 2
     if has_offset:
-        value, half = row[OFFSET.value], 1.96 * row[OFFSET.sd]
-        cells = [_signed(value), f"{_signed(value - half)} to {_signed(value + half)}"]
+        cells = list(map(_minus, offset_words(row)))
     size = "" if change is None else f"{_signed(change['size'])} deg, {change['cause'].replace('_', ' ')}"
     since = _day(row["since"]) if change is not None and has_offset else ""
-    state = row["state"]
     return (
         f'<tr><td class="number">{row["rank"]}</td><th scope="row">{_link(row)}</th>'
-        f'<td><span class="verdict {state}">{STATE_WORDS[state]}</span>{_next_step(row)}</td>'
+        f"<td>{_state(row)}{joined([f'<small>{escape(line)}</small>' for line in next_lines(row)])}</td>"
         f'<td class="number{"" if has_offset else " none"}">{cells[0]}</td>'
         f'<td class="number interval">{cells[1]}</td><td class="day">{since}</td><td>{size}</td>'
         f'<td class="number interval">{_small(row["q_value"]) if has_offset else "—"}</td></tr>'
     )
-
-
-def _next_step(row: dict[str, Any]) -> str:
-    """Below the verdict: the drive that decides, or the reason to watch a truck within its limit."""
-    if row["state"] == "undecided" and row.get("would_decide"):
-        return f"<small>needs {escape(row['would_decide'])}</small>"
-    if row["verdict"] == "watch" and row["state"] == "within":
-        return "<small>watch: its last change exceeds the limit</small>"
-    return ""
 
 
 def _calendar(divs: Mapping[str, str]) -> str:
@@ -247,7 +244,11 @@ def _produced(ranked: Sequence[dict[str, Any]]) -> str:
 
 
 def _signed(number: float) -> str:
-    return f"{number:+.1f}".replace("-", "−").replace("+0.0", "0.0").replace("−0.0", "0.0")
+    return _minus(f"{number:+.1f}").replace("+0.0", "0.0").replace("−0.0", "0.0")
+
+
+def _minus(text: str) -> str:
+    return text.replace("-", "−")
 
 
 def _small(number: float) -> str:

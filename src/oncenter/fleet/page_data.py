@@ -69,10 +69,16 @@ def _together(truck: Mapping[str, Any]) -> str:
         for number, digits in ((truck[OFFSET.value], 1), (truck["pull_m_s2"], 2))
     )
     words = (
-        f"straight-ahead offset from all drives {offset} ± {1.96 * truck[OFFSET.sd]:.1f} deg;"
+        f"straight-ahead offset from all drives {offset}, {_interval(truck)} deg;"
         f" pull {pull} ± {1.96 * truck['pull_sd_m_s2']:.2f} m/s²"
     )
     return words + ("; drives at another load would narrow both" if truck["load_would_help"] else "")
+
+
+def _interval(truck: Mapping[str, Any]) -> str:
+    """The one that decides."""
+    low, high = (f"{truck[f'offset_{end}_deg']:+.1f}".replace("-", "−") for end in ("low", "high"))
+    return f"{low} to {high}"
 
 
 def drive_data(folder: Path, row: dict[str, Any]) -> dict[str, Any]:

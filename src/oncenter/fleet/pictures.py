@@ -1,4 +1,5 @@
-"""The fleet page's pictures, in the colours of a drive's report: blue for estimates, orange for changes."""
+"""The fleet page's pictures, in the colours of the verdicts and of a drive's report: blue for estimates, orange for
+changes."""
 
 from __future__ import annotations
 
@@ -20,17 +21,10 @@ from bokeh.models import (
 from bokeh.plotting import figure
 
 from oncenter.fleet.tables import OFFSET
-from oncenter.fleet.undecided import STATE_WORDS
 from oncenter.report.canvas import COLOURS, plain
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
+from oncenter.verdict.states import OF_OFFSET, STATES, colour_of
 
-STATE_COLOURS = {
-    "recalibrate": "rejected",
-    "repair": "right",
-    "undecided": "estimate",
-    "within": "used",
-    "no_correction": "measured",
-}
 CAUSE_COLOURS = {
     "sensor_or_alignment": "rejected",
     "wheel_alignment": "right",
@@ -52,7 +46,7 @@ def distribution(ranked: Sequence[dict[str, Any]]) -> figure | None:
     edges = np.linspace(-farthest, farthest, _BINS + 1)
     picture = plain(280, _TOOLS, x_range=Range1d(-farthest, farthest))
     below = np.zeros(_BINS)
-    for state in reversed(STATE_COLOURS):
+    for state in reversed(list(OF_OFFSET)):
         count = np.histogram([row[OFFSET.value] for row in estimated if row["state"] == state], edges)[0]
         source = {
             "left": edges[:-1],
@@ -61,10 +55,8 @@ def distribution(ranked: Sequence[dict[str, Any]]) -> figure | None:
             "top": below + count,
             "count": count,
         }
-        bars = picture.quad(
-            "left", "right", "top", "bottom", source=source, color=COLOURS[STATE_COLOURS[state]], line_color=None
-        )
-        tips = [(STATE_WORDS[state], "@count trucks"), ("offset", "@left{0.0} to @right{0.0} deg")]
+        bars = picture.quad("left", "right", "top", "bottom", source=source, color=colour_of(state), line_color=None)
+        tips = [(STATES[state].word, "@count trucks"), ("offset", "@left{0.0} to @right{0.0} deg")]
         picture.add_tools(HoverTool(renderers=[bars], tooltips=tips))
         below = below + count
     _limits(picture, common_limit_deg(ranked), "height")
@@ -77,25 +69,25 @@ def distribution(ranked: Sequence[dict[str, Any]]) -> figure | None:
 
 
 def ranking(ranked: Sequence[dict[str, Any]]) -> figure | None:
-    """The offsets of the first trucks with their 95 % intervals, the strongest evidence on top; a tap opens one."""
+    """The offsets of the first trucks with the intervals that decide, the strongest on top; a tap opens one."""
     first = _with_offset(ranked)[:_RANKED]
     if not first:
         return None
     value = np.array([row[OFFSET.value] for row in first])
-    half = 1.96 * np.array([row[OFFSET.sd] for row in first])
+    low, high = (np.array([row[f"offset_{end}_deg"] for row in first]) for end in ("low", "high"))
     source = ColumnDataSource(
         {
             "truck": [row["truck"] for row in first],
             "place": np.array([row["rank"] for row in first], float),
             "value": value,
-            "low": value - half,
-            "high": value + half,
-            "colour": [COLOURS[STATE_COLOURS[row["state"]]] for row in first],
-            "state": [STATE_WORDS[row["state"]] for row in first],
+            "low": low,
+            "high": high,
+            "colour": [colour_of(row["state"]) for row in first],
+            "state": [STATES[row["state"]].word for row in first],
         }
     )
     count = len(first)
-    farthest = max(1.25 * max(row["limit_deg"] for row in first), float(np.max(np.abs(value) + half)) * 1.03)
+    farthest = max(1.25 * max(row["limit_deg"] for row in first), 1.03 * float(max(high.max(), -low.min())))
     picture = plain(
         90 + 14 * count, "tap,reset,save", x_range=Range1d(-farthest, farthest), y_range=Range1d(count + 0.8, 0.2)
     )

@@ -18,21 +18,14 @@ from oncenter.fleet.history import NOISE, Break, Mean, Numbers, Readings, breaks
 from oncenter.fleet.offset_now import Offset, offset_of
 from oncenter.fleet.summaries import priors_of_row, summary_of_row
 from oncenter.fleet.tables import OFFSET, QUANTITIES
-from oncenter.fleet.undecided import (
-    NO_CORRECTION,
-    NO_OFFSET,
-    RECALIBRATE,
-    REPAIR,
-    UNDECIDED,
-    WITHIN,
-    Driven,
-    standing,
-    would_decide,
-)
+from oncenter.fleet.undecided import Driven, would_decide
+from oncenter.fleet.verdict import deciding_interval, second_line, state_of
 from oncenter.truck.drives import together
 from oncenter.truck.fingerprint import Print, copies
 from oncenter.truck.model import Trucks, learn
 from oncenter.truck.priors import Priors, priors_of
+from oncenter.truck.zero import Zero
+from oncenter.verdict.states import AT_FAULT, Code
 
 Rows = Sequence[dict[str, Any]]
 
@@ -90,17 +83,18 @@ class OfTruck:
     def __init__(self, name: str, rows: Rows, limit_deg: float) -> None:
         self._name, self._limit_deg = name, limit_deg
         self._counts = _counts(name, rows)
-        self._is_at_fault, self._is_relative = _newest_has(rows, _SENSOR_AT_FAULT), _newest_has(rows, _RELATIVE)
+        self._at_fault, self._is_relative = _newest_fault(rows), _newest_has(rows, _RELATIVE)
         self._readings = {q.name: readings_of(rows, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
         usable = [(row, summary) for row in _once(rows) if (summary := summary_of_row(row)) is not None]
         self.summaries = [summary for _, summary in usable]
         self.priors = priors_of(priors_of_row(usable[-1][0]) if usable else None)
         self._starts = np.array([row["start"] for row, _ in usable])
         self._drives = [row for row, _ in usable]
+        self._has_unusable_offset = any(row.get(OFFSET.value) is not None for row in rows)
         self._offset: Offset | None = None
 
     def learned(self, model: Trucks, place: int) -> None:
-        self._offset = offset_of(model, place, self._starts)
+        self._offset = offset_of(model, place, self._starts, self._drives)
 
     def history(self) -> History:
         readings = self._readings
@@ -116,12 +110,15 @@ class OfTruck:
             for q in QUANTITIES[1:]
             for one in found.get(q.name, ())
         ]
+        state = self._state()
         row = self._counts | {
             "told": len(self.summaries),
             "changes": len(of_offset),
             "cause": changes[len(of_offset) - 1]["cause"] if of_offset else None,
-            "verdict": "unknown",
-            "state": self._state(),
+            "verdict": state,
+            "state": state,
+            "watch": False,
+            "second_line": second_line(state, self._offset, len(self.summaries), self._limit_deg),
             "limit_deg": self._limit_deg,
         }
         for quantity in QUANTITIES[1:]:
@@ -133,22 +130,22 @@ class OfTruck:
                 row |= _of_evidence(self._offset, self._limit_deg) | {"would_decide": self._would_decide()}
         return History(row, changes)
 
-    def _state(self) -> str:
-        if self._is_at_fault or (self._offset is not None and self._offset.zero == "moves"):
-            return REPAIR
-        if self._offset is None:
-            return NO_OFFSET
-        if not self._has_fixed_zero():
-            return NO_CORRECTION
-        return standing(self._offset.value, self._offset.sd, self._limit_deg)
+    def _state(self) -> Code:
+        if self._offset is None and self._has_unusable_offset and self._at_fault is None and not self._is_relative:
+            return "undecided"
+        return state_of(self._at_fault, self._offset, self._zero(), self._limit_deg)
+
+    def _zero(self) -> Zero:
+        return "relative" if self._is_relative else "fixed" if self._offset is None else self._offset.zero
 
     def _has_fixed_zero(self) -> bool:
-        return not self._is_relative and self._offset is not None and self._offset.zero == "fixed"
+        return self._offset is not None and self._zero() == "fixed"
 
     def _would_decide(self) -> str | None:
-        """The advice on how to decide; None where the limit is outside the interval."""
+        """The advice on how to decide, or on how to find the number to set; None where neither is lacking."""
         assert self._offset is not None
-        if standing(self._offset.value, self._offset.sd, self._limit_deg) != UNDECIDED:
+        state = self._state()
+        if state != "undecided" and (state != "over" or self._offset.is_valid):
             return None
         since = [row for row in self._drives if row["start"] >= self._offset.since]
         left_s, right_s = (sum(row.get(f"side_force_{side}_s") or 0.0 for row in since) for side in ("left", "right"))
@@ -192,6 +189,17 @@ def _newest_has(rows: Rows, code: str) -> bool:
     return bool(answered) and code in (answered[-1].get("findings") or "").split()
 
 
+def _newest_fault(rows: Rows) -> Code | None:
+    """The fault of the newest drive with an answer, as its own verdict names it."""
+    answered = [row for row in rows if row.get("start") is not None and row.get("error_code") is None]
+    if not answered:
+        return None
+    verdict = answered[-1].get("verdict")
+    if verdict is None:  # a row of a former version
+        return "signal_or_sensor" if _newest_has(rows, _SENSOR_AT_FAULT) else None
+    return next((code for code in AT_FAULT if code == verdict), None)
+
+
 def _mean_now(readings: Readings, found: Sequence[Break], name: str) -> Mean | None:
     noise = NOISE.get(name)
     if noise is not None:
@@ -213,7 +221,11 @@ def _of_evidence(offset: Offset, limit_deg: float) -> dict[str, float]:
 
 
 def _of_offset(offset: Offset) -> dict[str, Any]:
+    low, high = deciding_interval(offset)
     return {
+        "offset_low_deg": low,
+        "offset_high_deg": high,
+        "offset_is_valid": offset.is_valid,
         OFFSET.value: offset.value,
         OFFSET.sd: offset.sd,
         "offset_spread_sd_deg": offset.spread_sd,
@@ -265,12 +277,12 @@ def _cause(readings: dict[str, Readings], at_s: float) -> str:
 
 
 def rank(trucks: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """The trucks with `rank`, `q_value` and `verdict`, the strongest evidence first; trucks without an offset last."""
+    """The trucks with `rank`, `q_value` and `watch`, the strongest evidence first; trucks without an offset last."""
     estimated = sorted((row for row in trucks if row.get("p_value") is not None), key=_strongest_first)
     others = sorted((row for row in trucks if row.get("p_value") is None), key=lambda row: str(row["truck"]))
     q_values = _benjamini_hochberg([row["p_value"] for row in estimated])
     ranked = [
-        row | {"rank": place, "q_value": q, "verdict": _verdict(row, q)}
+        row | {"rank": place, "q_value": q, "watch": _is_to_watch(row, q)}
         for place, (row, q) in enumerate(zip(estimated, q_values, strict=True), 1)
     ]
     return ranked + [row | {"rank": len(estimated) + place} for place, row in enumerate(others, 1)]
@@ -291,12 +303,8 @@ def _benjamini_hochberg(p_values: Sequence[float]) -> list[float]:
     return q_values
 
 
-def _verdict(row: dict[str, Any], q_value: float) -> str:
-    """`calibrate` and `fine`: the whole 95 % interval is on one side of the limit. `watch`: only the last change is
-    beyond the limit, or q is too high."""
-    stands = standing(row[OFFSET.value], row[OFFSET.sd], row["limit_deg"])
-    if stands == RECALIBRATE and q_value <= SHARE_OF_FALSE_ALARMS:
-        return "calibrate"
-    if row["p_value"] <= _SUSPICIOUS:
-        return "watch"
-    return "fine" if stands == WITHIN else "undecided"
+def _is_to_watch(row: dict[str, Any], q_value: float) -> bool:
+    """A truck beyond the limit that may be a false alarm, by q, or one within it whose last change exceeds it."""
+    if row["state"] in ("recalibrate", "over"):
+        return q_value > SHARE_OF_FALSE_ALARMS
+    return bool(row["p_value"] <= _SUSPICIOUS)

@@ -12,6 +12,16 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 
 TABLES = ("drives", "trucks", "changes")
 
+# Codes of the column verdict in former versions, accepted for one release, and what to write now.
+_OLD_CODES = {
+    "calibrate": "verdict = 'recalibrate' AND NOT watch",
+    "watch": "watch",
+    "fine": "verdict = 'within' AND NOT watch",
+    "unknown": "p_value IS NULL",
+}
+_OLD_CODE = re.compile(rf"'({'|'.join(_OLD_CODES)})'")
+_VERDICT = re.compile(r"\bverdict\b", re.IGNORECASE)
+
 _READ = ("SELECT", "WITH", "FROM", "VALUES", "SHOW", "EXPLAIN")  # how a query may begin
 _FIRST_WORD = re.compile(r"(?:\s|;|\(|--[^\n]*(?:\n|$)|/\*.*?\*/)*(\w*)", re.DOTALL)
 
@@ -38,10 +48,45 @@ def query(sql: str, output: str | os.PathLike[str]) -> pl.DataFrame:
             exit_code=WRONG_USAGE,
         )
     tables = {name: pl.scan_parquet(folder / f"{name}.parquet") for name in TABLES}
+    tables["trucks"] = _trucks(tables["trucks"], in_old_codes=bool(_old_codes(sql)))
     try:
         return pl.SQLContext(frames=tables, eager=False).execute(sql).collect()
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException, ValueError, TypeError) as error:
         raise _refusal(" ".join(str(error).split())[:300]) from None
+
+
+def notes_on(sql: str) -> list[str]:
+    """A line for each old code of the column verdict in a query."""
+    return [
+        f"'{code}' is an old code of the column verdict, which this query still gets in the old codes; the next "
+        f"release does not accept it: write {_OLD_CODES[code]}"
+        for code in _old_codes(sql)
+    ]
+
+
+def _old_codes(sql: str) -> list[str]:
+    return list(dict.fromkeys(_OLD_CODE.findall(sql))) if _VERDICT.search(sql) else []
+
+
+def _trucks(table: pl.LazyFrame, *, in_old_codes: bool) -> pl.LazyFrame:
+    """The table trucks with the codes that the query has, whichever version wrote it."""
+    if "watch" not in table.collect_schema().names():  # a former version wrote it
+        return table if in_old_codes else table.with_columns(verdict=pl.col("state"))
+    if not in_old_codes:
+        return table
+    watch = pl.col("watch")
+    old = (
+        pl.when(pl.col("p_value").is_null())
+        .then(pl.lit("unknown"))
+        .when(watch)
+        .then(pl.lit("watch"))
+        .when(pl.col("verdict") == "recalibrate")
+        .then(pl.lit("calibrate"))
+        .when(pl.col("verdict") == "within")
+        .then(pl.lit("fine"))
+        .otherwise(pl.lit("undecided"))
+    )
+    return table.with_columns(verdict=old)
 
 
 def _refuse_what_is_no_query(sql: str) -> None:

@@ -15,6 +15,7 @@ import pyarrow.parquet as pq
 
 from oncenter.files.whole_file import whole_file
 from oncenter.fleet.summaries import COLUMNS as SUMMARY
+from oncenter.verdict.states import OF_OFFSET
 
 Row = Mapping[str, Any]
 
@@ -83,6 +84,8 @@ def _of_drives() -> dict[str, tuple[str, str]]:
         columns[quantity.sd] = ("number", interval + common)
         columns[quantity.status] = ("text", "valid, converging, unobservable, invalid")
         if quantity is OFFSET:
+            columns["offset_low_deg"] = ("number", "lower end of the whole 95 % interval")
+            columns["offset_high_deg"] = ("number", "its upper end")
             columns["offset_drive_sd_deg"] = (
                 "number",
                 "sd of the part from this drive's measurement scatter",
@@ -101,9 +104,12 @@ def _of_drives() -> dict[str, tuple[str, str]]:
         "changes detected within the drive; the values are those after the last change",
     )
     columns["findings"] = ("text", "codes, separated by spaces")
+    columns["evidence_enough"] = ("truth", "the driving suffices for an interval that holds, valid or wider")
+    columns["verdict"] = ("text", f"verdict on this drive alone, with the limit of its vehicle file: {_VERDICTS}")
     return columns | dict(SUMMARY)
 
 
+_VERDICTS = ", ".join(OF_OFFSET)
 DRIVES = _of_drives()
 CHANGES: dict[str, tuple[str, str]] = {
     "truck": ("text", "as in drives"),
@@ -122,14 +128,15 @@ CHANGES: dict[str, tuple[str, str]] = {
 TRUCKS: dict[str, tuple[str, str]] = {
     "truck": ("text", "as in drives"),
     "rank": ("count", "by evidence, 1 is the strongest"),
-    "verdict": ("text", "calibrate, watch, undecided, fine, unknown: with the false discovery rate of the fleet"),
-    "state": (
-        "text",
-        "recalibrate, undecided, within, repair (sensor at fault), no_correction (relative sensor), no_offset: of this"
-        " truck alone",
+    "verdict": ("text", f"verdict on the offset from all drives: {_VERDICTS}"),
+    "state": ("text", "the same; kept until the next release"),
+    "watch": (
+        "truth",
+        "look again after some drives: beyond the limit, but q is above 5 %; or within it, but p is at most 5 %",
     ),
+    "second_line": ("text", "pull: align first where one is measured, or its possible effect; null: none"),
     "limit_deg": ("number", "the limit of this truck: --limit, or offset_limit_deg of its vehicle file"),
-    "would_decide": ("text", "if the limit is inside the interval, the drive that would narrow it most; else null"),
+    "would_decide": ("text", "the drive that would narrow the interval most, where one is needed; else null"),
     "p_value": ("number", "probability that offset and last change are within the limit; smaller is stronger evidence"),
     "q_value": ("number", "Benjamini-Hochberg: share of false alarms among the trucks down to this rank"),
     "since": ("time", "start of the first drive with the present offset"),
@@ -144,6 +151,9 @@ TRUCKS: dict[str, tuple[str, str]] = {
     "drift_sd_deg_day": ("number", "its standard deviation"),
     "offset_deg": ("number", "straight-ahead offset now, at the truck's mean load, from all its drives together"),
     "offset_sd_deg": ("number", "its standard deviation, pull and accelerometer bias included"),
+    "offset_low_deg": ("number", "lower end of the 95 % interval that decides: without a pull if valid, else with it"),
+    "offset_high_deg": ("number", "its upper end"),
+    "offset_is_valid": ("truth", "the number is exact enough to be set"),
     "offset_spread_sd_deg": (
         "number",
         "the same from the drives since the last change, without pull and bias",

@@ -14,6 +14,7 @@ from oncenter.errors import OncenterError
 from oncenter.offset import inputs
 from oncenter.offset.answer import Answer
 from oncenter.offset.assemble import answer_so_far
+from oncenter.offset.bias_course import BiasCourse
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
 from oncenter.read.whole_turns import TURN_RAD, WholeTurns
@@ -64,6 +65,7 @@ class Learner:
         self._first_s = 0.0
         self._flank_s = 1.0
         self._turns: WholeTurns | None = None
+        self._bias = BiasCourse()
 
     def take(self, frames: Frames) -> list[Stepped]:
         """Frames in the order in which they came."""
@@ -86,6 +88,7 @@ class Learner:
         if self.last is None or self.core is None:
             return Known(None, {}, self.params["joint_evidence_min_s"])
         native = self.core.answer()
+        native["yaw_rate_bias_moved"] = self._bias.moved_rad_s
         lacking_s = {"left": native["lacking_to_left"], "right": native["lacking_to_right"]}
         evidence_lacking_s = max(self.params["joint_evidence_min_s"] - native["used"], 0.0)
         answer: Answer | None
@@ -111,6 +114,7 @@ class Learner:
         columns = {name: column for name, column in ticks.items() if name in _core.COLUMNS}
         outputs = np.zeros(count, _core.OUTPUT_DTYPE)
         self.core.run(columns, outputs)
+        self._bias.take(outputs)
         self.last = Stepped(ticks, outputs)
         return [self.last]
 

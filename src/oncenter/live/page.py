@@ -20,6 +20,7 @@ from oncenter.live.snapshot import Snapshot
 from oncenter.report.canvas import COLOURS
 from oncenter.signals import DEGREE
 from oncenter.verdict import Verdict
+from oncenter.verdict.states import style as states_style
 
 if TYPE_CHECKING:
     from bokeh.application.application import SessionContext
@@ -169,13 +170,13 @@ def _empty_page(doc: Document, news: News) -> tuple[ColumnDataSource, Pictures]:
 
 def _template() -> str:
     room = files("oncenter.live")
-    style = files("oncenter.report").joinpath("page.css").read_text(encoding="utf-8")
+    ours, style = room.joinpath("page.css"), files("oncenter.report").joinpath("page.css").read_text(encoding="utf-8")
     colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
     return (
         room.joinpath("page.html")
         .read_text(encoding="utf-8")
         .replace("[[policy]]", _POLICY)
-        .replace("[[style]]", f":root{{{colours}}}\n{style}\n{room.joinpath('page.css').read_text(encoding='utf-8')}")
+        .replace("[[style]]", f":root{{{colours}}}\n{states_style()}{style}\n{ours.read_text(encoding='utf-8')}")
         .replace("[[restyle]]", files("oncenter.report").joinpath("page.js").read_text(encoding="utf-8"))
         .replace("[[script]]", room.joinpath("page.js").read_text(encoding="utf-8"))
     )
@@ -185,7 +186,6 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
     """The state for the page's script: words and degrees, null where not available."""
     offset = words.offset(now)
     counts, why = words.gate(now)
-    verdict = words.verdict(now)
     angles = now.angles
     answer = now.known.answer
     state: dict[str, Any] = {
@@ -195,7 +195,7 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
         "truck": now.truck,
         "bus": now.bus,
         "offset": asdict(offset),
-        "verdict": None if verdict is None else _verdict(verdict, now.phase),
+        "verdict": None if now.verdict is None else _verdict(now.verdict, now.phase),
         "finished": words.finished(now),
         "gate": {"counts": counts, "why": why},
         "angles": {

@@ -19,8 +19,10 @@ from oncenter.live.bus import data_frames
 from oncenter.live.history import History
 from oncenter.live.learner import Known, Learner, Stepped
 from oncenter.live.snapshot import Angles, Dropped, Notice, Pictures, Snapshot
+from oncenter.live.steady_verdict import SteadyVerdict
 from oncenter.read.frames import Frames
 from oncenter.signals import DEGREE
+from oncenter.verdict import Verdict, verdicts_of
 
 if TYPE_CHECKING:
     from oncenter.live.bus import Bus
@@ -78,6 +80,7 @@ class Session(threading.Thread):
         self._rate = _Rate()
         self._driven_s = 0.0
         self._known: Known = learner.known()
+        self._steady = SteadyVerdict()
         self._missing = ""
         self._last_frame_s = time.monotonic()
         self._silent = False
@@ -157,6 +160,7 @@ class Session(threading.Thread):
     def _refresh(self, now: float) -> None:
         if self._is_due("know", KNOW_EVERY_S, now):
             self._known = self._learner.known()
+            self._steady.update(self._verdict(), self._driven_s)
         if self._is_due("picture", PICTURE_EVERY_S, now):
             self._picture()
         if self._is_due("save", SAVE_EVERY_S, now):
@@ -206,7 +210,12 @@ class Session(threading.Thread):
             known=self._known,
             pictures=self._pictures,
             notices=self._notices.all(),
+            verdict=self._steady.shown,
+            is_changing=self._steady.is_changing,
         )
+
+    def _verdict(self) -> Verdict | None:
+        return None if self._known.answer is None else verdicts_of(self._known.answer)[0]
 
     def _dropped(self) -> Dropped:
         lost = 0 if self._recorder is None else self._recorder.lost
@@ -244,7 +253,8 @@ class Session(threading.Thread):
             except BaseException as failure:
                 self.failure = self.failure or failure
         self._report_losses()
-        self.snapshot = replace(self._show("ended"), ended_s=time.time())
+        final = replace(self._show("ended"), verdict=self._verdict(), is_changing=False)
+        self.snapshot = replace(final, ended_s=time.time())
         self.when_shown()
 
     def _report_losses(self) -> None:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 from oncenter.live.history import Cloud, Course, Strip
 from oncenter.live.learner import Known
+from oncenter.verdict import Verdict
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,8 @@ class Pictures:
 @dataclass(frozen=True)
 class Snapshot:
     """`phase` is "listening", "paused" (the estimate is paused, `missing` has the reason), "running", "silent" (no
-    frame for 3 s) or "ended", at `ended_s`, s since 1970."""
+    frame for 3 s) or "ended", at `ended_s`, s since 1970. `verdict` is the one to show; `is_changing`: another one is
+    not shown so far."""
 
     number: int
     bus: str
@@ -78,3 +80,5 @@ class Snapshot:
     pictures: Pictures
     notices: tuple[Notice, ...] = field(default=())
     ended_s: float | None = None
+    verdict: Verdict | None = None
+    is_changing: bool = False

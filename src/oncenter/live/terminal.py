@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TextIO
 
 from oncenter.live import words
 from oncenter.live.snapshot import Notice, Snapshot
+from oncenter.verdict.states import colour_of
 
 if TYPE_CHECKING:
     from rich.panel import Panel
@@ -73,8 +74,7 @@ def _line(notice: Notice) -> str:
 
 
 def one_line(now: Snapshot, params: Mapping[str, float]) -> str:
-    verdict = words.verdict(now)
-    headline = f"{verdict.headline} " if verdict is not None else ""
+    headline = f"{now.verdict.headline} " if now.verdict is not None else ""
     missing = words.still_missing(now, params)
     needed = f"; still needed: {', '.join(missing)}" if missing else ""
     return f"{headline}{_offset(words.offset(now))}; {words.gate(now)[1]}; {words.bus(now)}{needed}"
@@ -101,10 +101,10 @@ def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
     rows.add_column(overflow="fold")
     if now.ended_s is not None:
         rows.add_row("", Text(words.sentence(words.finished(now)), style="bold"))
-    verdict = words.verdict(now)
-    if verdict is not None:
-        action = f" {verdict.action}" if now.ended_s is not None else ""
-        rows.add_row("verdict", Text(f"{words.signed(verdict.headline)}{words.signed(action)}", style="bold"))
+    if now.verdict is not None:
+        action = f" {now.verdict.action}" if now.ended_s is not None else ""
+        text = words.signed(f"{now.verdict.headline}{action}")
+        rows.add_row("verdict", Text(text, style=f"bold {colour_of(now.verdict.state)}"))
     value = f"{offset.value} deg, {offset.but}" if offset.but else f"{offset.value} deg"
     standing = Text(value, style="dim" if offset.but else "bold")
     standing.append(f"  {offset.of_drive} from this drive" if offset.of_drive else "", style="blue")

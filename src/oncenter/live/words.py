@@ -14,7 +14,6 @@ from oncenter.findings import capitalised
 from oncenter.live.snapshot import Dropped, Snapshot
 from oncenter.offset.answer import NOT_YET_OR_NO_MORE
 from oncenter.signals import DEGREE
-from oncenter.verdict import Verdict, verdicts_of
 
 REASONS = {
     "missing_signal": "a signal is not available",
@@ -83,17 +82,12 @@ def offset(now: Snapshot) -> Offset:
     )
 
 
-def verdict(now: Snapshot) -> Verdict | None:
-    """The verdict on the straight-ahead offset; None before there is an answer."""
-    return None if now.known.answer is None else verdicts_of(now.known.answer)[0]
-
-
 def finished(now: Snapshot) -> str:
     """When the session ended, and its result; empty before."""
     if now.ended_s is None:
         return ""
     at = f"finished at {time.strftime('%H:%M:%S', time.localtime(now.ended_s))}"
-    return f"{at} after {duration(now.driven_s)} of driving: {'no result' if verdict(now) is None else 'final result'}."
+    return f"{at} after {duration(now.driven_s)} of driving: {'no result' if now.verdict is None else 'final result'}."
 
 
 def gate(now: Snapshot) -> tuple[bool, str]:
@@ -141,6 +135,10 @@ def _lacking(now: Snapshot, params: Mapping[str, float]) -> Iterator[str]:
         yield "bends to both sides, at a steady speed"
     elif offset.status == "invalid":
         yield "signals without a fault: see the findings"
+    elif now.is_changing:
+        yield "more driving: the verdict is changing"
+    elif now.verdict is not None and now.verdict.state == "undecided":
+        yield "bends to both sides: the limit is inside the interval of the offset"
 
 
 def loaded_share(now: Snapshot, side: str) -> float:

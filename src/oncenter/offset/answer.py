@@ -14,7 +14,8 @@ from oncenter.estimates.correction import NO_CORRECTION
 from oncenter.estimates.estimate import Estimate, number
 from oncenter.estimates.estimates import Estimates
 from oncenter.signals import DEGREE
-from oncenter.verdict import verdicts_of
+from oncenter.verdict import lines_of, verdicts_of
+from oncenter.verdict.numbers import shown
 
 Schema = Literal["offset-1", "offset-2"]
 SCHEMAS: tuple[Schema, ...] = ("offset-1", "offset-2")
@@ -31,8 +32,8 @@ class Answer(Estimates):
     """The answer on a steering wheel angle sensor: `str(answer)` in words, `to_json` as the contract's object."""
 
     def words(self) -> str:
-        """The answer in one paragraph."""
-        parts = [self.offset_words(), *self._correction_words()]
+        """The numbers of the answer in one paragraph; the verdict says what to do."""
+        parts = [self.offset_words()]
         if self.backlash.value is not None:
             parts.append(f"the steering has {_play(self.backlash)} of play")
         bias = self.yaw_rate_bias.value if self.yaw_rate_bias.status in ("valid", "converging") else None
@@ -46,7 +47,8 @@ class Answer(Estimates):
         if value is None or drive is None:
             return f"straight-ahead offset {self.offset.status}"
         more = 1.96 * together_rad(self.not_identifiable)
-        digits = 1 if drive >= 0.095 * DEGREE else 2
+        limit_deg = self.vehicle.offset_limit_deg
+        digits = shown(value / DEGREE, drive / DEGREE, limit_deg, 1 if drive >= 0.095 * DEGREE else 2).digits
         of_drive = f" from {'this drive' if len(self.drives) == 1 else 'these logs'}" if self.method == "joint" else ""
         status = "" if self.offset.status in ("valid", "invalid") else f" ({self.offset.status})"
         begin = f"invalid; {NOT_YET_OR_NO_MORE['invalid']} " if self.offset.status == "invalid" else ""
@@ -67,13 +69,6 @@ class Answer(Estimates):
             "yaw rate bias": self.yaw_rate_bias,
             "lateral acceleration bias": self.lateral_acceleration_bias,
         }
-
-    def _correction_words(self) -> list[str]:
-        """Empty where the interval contains zero: a correction could then increase the error."""
-        ci95 = self.offset.ci95
-        if self.correction is None or ci95 is None or ci95[0] <= 0.0 <= ci95[1]:
-            return []
-        return [self.correction.words()]
 
     def _driven(self) -> str:
         """The usable part of the drive, and the most frequent reasons for the rest."""
@@ -104,7 +99,7 @@ class Answer(Estimates):
         return verdict + table + (f"<ul>{findings}</ul>" if findings else "")
 
     def __str__(self) -> str:
-        lines = [self.words()]
+        lines = [*lines_of(self), self.words()]
         lines += [finding.line() for finding in self.findings]
         return "\n".join(lines)
 

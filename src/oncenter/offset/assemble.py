@@ -10,7 +10,8 @@ import numpy as np
 
 from oncenter import _core
 from oncenter.errors import OncenterError
-from oncenter.estimates.cause import Cause, causes_of
+from oncenter.estimates.bounds import Bounded, bounded
+from oncenter.estimates.cause import Cause, Pull, causes_of
 from oncenter.estimates.changes import Change, changes_of
 from oncenter.estimates.estimate import Estimate
 from oncenter.estimates.estimates import Method
@@ -20,7 +21,7 @@ from oncenter.offset.core_findings import findings_of
 from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings, moves_within, next_driving
 from oncenter.read.whole_turns import is_relative
-from oncenter.signals import SIGNALS, Signals
+from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.truck.drives import summary_of
 from oncenter.truck.zero import Zero
 from oncenter.vehicle import Vehicle
@@ -67,18 +68,18 @@ def answer_of(
         params=params,
         sources={name: source.description for drive in drives for name, source in drive.sources.items()},
         notes=notes_of(drives),
-        offset=_estimate(native["offset"], "rad"),
+        offset=_of(native, "offset", "rad"),
         offset_ci95_drive=_ci95_drive(native),
         not_identifiable=_not_identifiable(native, vehicle, method, params),
         offset_per_acceleration=native["offset_parts"]["per_acceleration"],
-        understeer_gradient=_estimate(native["understeer_gradient"], "rad/(m/s^2)"),
-        backlash=_not_negative(_estimate(native["backlash"], "rad")),
-        unloading_acceleration=_estimate(native["unloading_acceleration"], "m/s^2"),
-        equivalent_wheelbase=_estimate(native["equivalent_wheelbase"], "m"),
-        yaw_rate_bias=_estimate(native["yaw_rate_bias"], "rad/s"),
+        understeer_gradient=_of(native, "understeer_gradient", "rad/(m/s^2)"),
+        backlash=_not_negative(_of(native, "backlash", "rad")),
+        unloading_acceleration=_of(native, "unloading_acceleration", "m/s^2"),
+        equivalent_wheelbase=_of(native, "equivalent_wheelbase", "m"),
+        yaw_rate_bias=_of(native, "yaw_rate_bias", "rad/s"),
         lateral_acceleration_bias=Estimate(None, None, "unobservable", "m/s^2"),
-        wheel_radius_mismatch_rear=_estimate(native["wheel_radius_mismatch_rear"], "1"),
-        wheel_radius_mismatch_front=_estimate(native["wheel_radius_mismatch_front"], "1"),
+        wheel_radius_mismatch_rear=_of(native, "wheel_radius_mismatch_rear", "1"),
+        wheel_radius_mismatch_front=_of(native, "wheel_radius_mismatch_front", "1"),
         variance_if_independent_rad2=None if method == "joint" else native["offset_variance_if_independent"],
         side_force_s=(native["loaded_left_s"], native["loaded_right_s"]),
         missing_loading_s=(native["lacking_to_left"], native["lacking_to_right"]),
@@ -93,7 +94,14 @@ def answer_of(
         summary=summary_of(native, vehicle, params) if method == "joint" and native["used"] > 0.0 else None,
         next_driving=next_driving(native, params, vehicle) if method == "joint" else (),
         zero=_zero(native, changes, drives),
+        pull=_given_pull(params, native["offset_parts"]["per_acceleration"]),
     )
+
+
+def _given_pull(params: Mapping[str, float], per_acceleration: float) -> Pull | None:
+    """Of the vehicle file."""
+    value, sd = params["known_pull_m_s2"], params["known_pull_sd_m_s2"]
+    return Pull(value, sd, abs(value) * per_acceleration / DEGREE) if sd > 0.0 else None
 
 
 def _findings(
@@ -113,6 +121,7 @@ def _findings(
         yaw_rate_from_vdc2=all(
             "yaw_rate" in drive.sources and "VDC2" in drive.sources["yaw_rate"].description for drive in drives
         ),
+        limit_deg=vehicle.offset_limit_deg,
         angle_ends=_angle_ends(drives) if _core.FAULTS[native["fault"]] == "lost" else None,
         measures_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or has_acceleration),
         of_method=joint_findings(native, params, changes, vehicle) if method == "joint" else (),
@@ -161,6 +170,10 @@ def _estimate(native: _core.OcEstimate, unit: str) -> Estimate:
     if status == "unobservable":
         return Estimate(None, None, status, unit, native["evidence"])
     return Estimate(native["value"], _core.ci95(native), status, unit, native["evidence"])
+
+
+def _of(native: _core.OcAnswer, name: Bounded, unit: str) -> Estimate:
+    return bounded(name, _estimate(native[name], unit))
 
 
 def _ci95_drive(native: _core.OcAnswer) -> tuple[float, float] | None:

@@ -13,12 +13,17 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal, NoReturn, cast
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.regular_file import read_regular_file
 from oncenter.offset.answer import SCHEMAS, Answer
+from oncenter.truck.zero import Zero
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
+from oncenter.verdict.decision import Case, decide, is_whole_turns
+from oncenter.verdict.numbers import Shown, shown
+from oncenter.verdict.offset import turns_words
+from oncenter.verdict.states import AT_FAULT, OF_OFFSET, STATES, Code
 
 State = Literal[
     "successful", "unchanged", "wrong_direction", "not_successful", "within_limit", "undecided", "no_correction"
@@ -26,6 +31,7 @@ State = Literal[
 _SCHEMAS = tuple(f"oncenter/{schema}" for schema in SCHEMAS)
 _VARIES = "mean_wind"  # of the causes the one that differs from drive to drive
 _NOT_FIXED = ("relative_angle_sensor", "zero_differs_at_starts", "zero_moves")  # codes of findings
+_FORMER = {"no_verdict": "check_signal"}  # codes of a verdict in answers of former versions
 _BYTES_MAX = 16 << 20  # of an answer's file; one with a hundred changes and findings has 60 kB
 
 
@@ -34,7 +40,7 @@ class Offset:
     """An answer's offset in deg as `oncenter offset --json` gives it; `half_width_deg` of this drive's part.
 
     `causes` has (sd_m_s2, sd_deg) by cause; empty where the answer does not separate them. `is_fixed`: the sensor's
-    zero is the same at each start and within the drive.
+    zero is the same at each start and within the drive. `whole_deg` is the whole interval, `verdict` the answer's code.
     """
 
     log: str
@@ -47,6 +53,24 @@ class Offset:
     causes: Mapping[str, tuple[float, float]]
     limit_deg: float = OFFSET_LIMIT_DEG
     is_fixed: bool = True
+    whole_deg: tuple[float, float] | None = None
+    verdict: Code | None = None
+
+    def code(self, limit_deg: float) -> Code:
+        """The verdict with that limit."""
+        at_fault = self.verdict if self.verdict in AT_FAULT else None
+        if self.value_deg is None or self.whole_deg is None:
+            return at_fault or "no_offset"
+        own = (self.value_deg - self.half_width_deg, self.value_deg + self.half_width_deg)
+        is_valid, zero = self.status == "valid", "fixed" if self.is_fixed else "relative"
+        has_evidence = is_valid or self.verdict in ("over", "within")
+        case = Case(at_fault, cast(Zero, zero), is_valid, has_evidence, own, self.whole_deg, self.method == "joint")
+        return decide(case, limit_deg)
+
+    def shown(self, limit_deg: float) -> Shown:
+        """Offset and half-width with the digits that the decision needs."""
+        assert self.value_deg is not None
+        return shown(self.value_deg, self.half_width_deg, limit_deg)
 
 
 @dataclass(frozen=True)
@@ -79,8 +103,10 @@ class Comparison:
         if self.state == "no_correction":
             return "Do not store a correction: it would not hold."
         if self.state == "undecided" or value is None:
-            return "Drive on until both offsets are valid, then compare again."
-        add = f"Add {_signed(-value)} deg"
+            return self._more_driving()
+        if is_whole_turns(value):
+            return f"Set the zero of the sensor with the wheels straight ahead. {turns_words(value)}"
+        add = f"Add {-self.after.shown(self.limit_deg).value + 0.0:+.{self.after.shown(self.limit_deg).digits}f} deg"
         return {
             "successful": "",
             "within_limit": "",
@@ -88,6 +114,13 @@ class Comparison:
             "wrong_direction": f"The sign of the correction was reversed. {add}, then compare again.",
             "not_successful": f"{add}, then compare again.",
         }[self.state]
+
+    def _more_driving(self) -> str:
+        if self.after.code(self.limit_deg) in AT_FAULT:
+            return "Correct the signal or the sensor of the drive after, then compare again."
+        if self.after.status == "valid":
+            return "Log another drive after the repair, and compare with both logs together."
+        return "Drive on until both offsets are valid, then compare again."
 
     def to_dict(self) -> dict[str, Any]:
         """The object of the schema oncenter/compare-1; degrees."""
@@ -103,8 +136,8 @@ class Comparison:
                 "ci95": _interval(self.change_deg, self.half_width_deg),
             },
             "cancelled_half_width_deg": self.shared_half_width_deg,
-            "before": _offset_dict(self.before),
-            "after": _offset_dict(self.after),
+            "before": _offset_dict(self.before, self.limit_deg),
+            "after": _offset_dict(self.after, self.limit_deg),
         }
 
     def to_json(self) -> str:
@@ -113,7 +146,9 @@ class Comparison:
     def __str__(self) -> str:
         lines = [f"{self.headline} {self.action}".rstrip(), ""]
         for name, offset in _named(self):
-            lines.append(f"  {name:8}{_value_words(offset):24}{offset.status:14}{offset.log}")
+            word = STATES[offset.code(self.limit_deg)].word
+            value = "no offset" if offset.value_deg is None else str(offset.shown(self.limit_deg))
+            lines.append(f"  {name:8}{value:24}{offset.status:14}{word:18}{offset.log}")
         if self.change_deg is not None and self.half_width_deg is not None:
             lines.append(f"  {'change':8}{_signed(self.change_deg)} ± {_width(self.half_width_deg)} deg")
         shared = _width(self.shared_half_width_deg)
@@ -132,7 +167,8 @@ class Comparison:
     def _change_words(self) -> str:
         assert self.change_deg is not None and self.half_width_deg is not None
         assert self.before.value_deg is not None and self.after.value_deg is not None
-        both = f"from {_signed(self.before.value_deg)} to {_signed(self.after.value_deg)} deg"
+        first, last = (offset.shown(self.limit_deg) for _, offset in _named(self))
+        both = f"from {first.value:+.{first.digits}f} to {last.value:+.{last.digits}f} deg"
         if self.state == "unchanged":
             return f"the offset did not change: {both}, difference ± {_width(self.half_width_deg)} deg"
         return f"the offset changed by {_signed(self.change_deg)} ± {_width(self.half_width_deg)} deg, {both}"
@@ -140,7 +176,8 @@ class Comparison:
     def _limit_words(self) -> str:
         limit = f"limit {self.limit_deg:g} deg"
         open_ones = [f"{name} is {offset.status}" for name, offset in _named(self) if offset.status != "valid"]
-        return "; ".join([limit, *open_ones])
+        inside = "inside the interval after" if self.after.code(self.limit_deg) == "undecided" else ""
+        return "; ".join([" ".join(filter(None, (limit, inside if not open_ones else ""))), *open_ones])
 
 
 _BEGINS: Mapping[State, str] = {
@@ -230,8 +267,17 @@ def _offset(answer: Mapping[str, Any]) -> Offset:
         status=str(offset["status"]),
         causes=causes,
         limit_deg=float(answer.get("limit_deg") or OFFSET_LIMIT_DEG),
+        whole_deg=None if offset["ci95"] is None else (float(offset["ci95"][0]), float(offset["ci95"][1])),
+        verdict=_verdict_in(answer),
         is_fixed=not any(finding["code"] in _NOT_FIXED for finding in answer.get("findings", ())),
     )
+
+
+def _verdict_in(answer: Mapping[str, Any]) -> Code | None:
+    """Of an answer of the present codes or of former ones; None in offset-1, which has none."""
+    verdicts = answer.get("verdicts")
+    code = str(verdicts[0]["state"]) if verdicts else ""
+    return next((each for each in OF_OFFSET if each == _FORMER.get(code, code)), None)
 
 
 def compared(before: Offset, after: Offset, limit_deg: float) -> Comparison:
@@ -287,11 +333,12 @@ def _state(before: Offset, after: Offset, limit_deg: float, change: float | None
     if change is None or half_width is None or after.status != "valid":
         return "undecided"
     assert before.value_deg is not None and after.value_deg is not None
-    # As they are printed, so that number and verdict agree.
-    was_within, is_within = (abs(round(value, 1)) < limit_deg for value in (before.value_deg, after.value_deg))
+    was, now = before.code(limit_deg), after.code(limit_deg)
+    if now not in ("within", "over", "recalibrate"):
+        return "undecided"
     has_changed = abs(change) > half_width
-    if is_within:
-        return "within_limit" if was_within else "successful" if has_changed else "undecided"
+    if now == "within":
+        return "within_limit" if was == "within" else "successful" if has_changed else "undecided"
     if not has_changed:
         return "unchanged"
     is_doubled = before.status == "valid" and abs(after.value_deg - 2.0 * before.value_deg) < half_width
@@ -302,7 +349,7 @@ def _named(comparison: Comparison) -> tuple[tuple[str, Offset], ...]:
     return (("before", comparison.before), ("after", comparison.after))
 
 
-def _offset_dict(offset: Offset) -> dict[str, Any]:
+def _offset_dict(offset: Offset, limit_deg: float) -> dict[str, Any]:
     return {
         "log": offset.log,
         "vehicle": offset.vehicle,
@@ -310,6 +357,7 @@ def _offset_dict(offset: Offset) -> dict[str, Any]:
         "unit": "deg",
         "ci95_drive": _interval(offset.value_deg, offset.half_width_deg),
         "status": offset.status,
+        "verdict": offset.code(limit_deg),
     }
 
 
@@ -317,12 +365,6 @@ def _interval(value_deg: float | None, half_width_deg: float | None) -> list[flo
     if value_deg is None or half_width_deg is None:
         return None
     return [value_deg - half_width_deg, value_deg + half_width_deg]
-
-
-def _value_words(offset: Offset) -> str:
-    if offset.value_deg is None:
-        return "no offset"
-    return f"{_signed(offset.value_deg)} ± {_width(offset.half_width_deg)} deg"
 
 
 def _signed(value_deg: float) -> str:

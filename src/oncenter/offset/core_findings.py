@@ -9,9 +9,13 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
 from oncenter import _core
+from oncenter.estimates.estimates import HALF_TURN_RAD
 from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, demand, finding
 from oncenter.plausibility.zeros import (
+    TILTED_FROM_M_S2,
     YAW_RATE_BIAS_LARGE_DEG_S,
+    YAW_RATE_BIAS_REPORTED_FROM_DEG_S,
+    ground_half_width,
     lateral_acceleration_at_standstill,
     relative_angle_sensor,
     yaw_rate_at_standstill,
@@ -20,7 +24,7 @@ from oncenter.plausibility.zeros import (
 from oncenter.signals import DEGREE
 
 # Minimum values that are reported; tuned, since a healthy truck shows less.
-_OFFSET_REPORTED_FROM_DEG = 2.5  # Table 1: hysteresis of a healthy sensor
+_BIAS_MOVED_FROM_RAD_S = 0.1 * DEGREE  # between two intervals: the half-width of a valid bias
 _MISSING_REPORTED_FROM = 0.05  # of the duration
 _FAULTS = {
     "stuck": "the steering wheel angle stays at one value while the truck turns",
@@ -30,6 +34,12 @@ _FAULTS = {
     "remounted": (
         "the steering wheel angle sensor has had another position since a stop, a gap in the log or a drift of its zero"
     ),
+}
+# Where a log with a wrong or a missing signal has the same data.
+_CHECKS = {
+    "lost": "Check both: first the message and the source of the signal, then the wiring and the supply of the sensor",
+    "stuck": "Check both: first the message, the bits and the source of the signal, then whether the sensor turns",
+    "wrong_sign": "Check both: first its sign in the [signals] table of the vehicle file, then how it is mounted",
 }
 _ALARM_PASSING_S = 30.0  # left out: a CUSUM's false alarm, 15 s on one healthy motorway drive of 14
 _KM_H = 3.6
@@ -43,6 +53,7 @@ def findings_of(
     method: str,
     yaw_rate_from_vdc2: bool,
     measures_banks: bool,
+    limit_deg: float,
     angle_ends: str | None = None,
     of_method: Iterable[Finding | None] = (),
 ) -> tuple[Finding, ...]:
@@ -55,6 +66,7 @@ def findings_of(
         method: of the answer.
         yaw_rate_from_vdc2: a bias that a common mistake of VDC2 senders explains is reported with that mistake.
         measures_banks: there is an accelerometer, and it is used.
+        limit_deg: of the offset, either sign.
         angle_ends: time and log of the last steering wheel angle, in words; None where they are not available.
         of_method: findings of the method alone.
     """
@@ -62,12 +74,12 @@ def findings_of(
         _sensor_fault(native, angle_ends),
         _missing(native),
         _gate_shut(native, params, method),
-        _offset(native, has_fixed_zero=not relative_sensor and not native["offset_walks"]),
+        _offset(native, limit_deg, has_fixed_zero=not relative_sensor and not native["offset_walks"]),
         _yaw_rate_bias(native, method, yaw_rate_from_vdc2),
         _yaw_rate_bias_moves(native, method, measures_banks),
         _leak("rear", native["leaked_rear"]),
         _leak("front", native["leaked_front"]),
-        _standing_acceleration(native, method, measures_banks),
+        _standing_acceleration(native, params, method, measures_banks),
         relative_angle_sensor() if relative_sensor else None,
         *of_method,
     )
@@ -91,12 +103,8 @@ def _sensor_fault(found: Kind, native: _core.OcAnswer, angle_ends: str | None) -
     fault = _core.FAULTS[int(native["fault"])]
     since = f" since {angle_ends}" if angle_ends is not None else " any more"
     what = f"there is no steering wheel angle{since} while the truck drives" if fault == "lost" else _FAULTS[fault]
-    check = (
-        "its sign in the [signals] table of the vehicle file"
-        if fault == "wrong_sign"
-        else "the sensor, its mounting and its wiring"
-    )
-    return found(f"{what}. The offset was estimated before this fault and is not valid now. Check {check}")
+    check = _CHECKS.get(fault, "Check the sensor, its mounting and its wiring")
+    return found(f"{what}. The offset was estimated before this fault and is not valid now. {check}")
 
 
 @finding("signals_not_available", "warning", "s")
@@ -168,18 +176,22 @@ def km_h(speed_m_s: float) -> str:
 
 
 @finding("steering_wheel_angle_offset", "warning", "deg")
-def _offset(found: Kind, native: _core.OcAnswer, *, has_fixed_zero: bool) -> Finding | None:
-    """Valid, and its whole interval beyond a healthy sensor's; where the zero moves, no calibration would hold."""
-    value = native["offset"]["value"] / DEGREE
-    half_width = 1.96 * native["offset"]["standard_deviation"] / DEGREE
-    is_near = _core.status_of(native["offset"]) != "valid" or abs(value) - half_width < _OFFSET_REPORTED_FROM_DEG
+def _offset(found: Kind, native: _core.OcAnswer, limit_deg: float, *, has_fixed_zero: bool) -> Finding | None:
+    """Valid, and this drive's whole interval beyond the limit; where the zero moves, no calibration would hold."""
+    value, half_width = native["offset"]["value"] / DEGREE, 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
+    is_near = _core.status_of(native["offset"]) != "valid" or abs(value) - half_width < limit_deg
     if is_near or not has_fixed_zero:
         return None
+    reads = f"the steering wheel angle sensor reads {value:+.1f} deg (to the {'left' if value > 0 else 'right'})"
+    if abs(value) * DEGREE >= HALF_TURN_RAD:
+        rest = (
+            "These are whole turns. Do not enter this number: set the zero of the sensor with the wheels straight ahead"
+        )
+        return found(f"{reads} when the truck drives straight ahead. {rest}", value)
     return found(
-        f"the steering wheel angle sensor reads {value:+.1f} deg (to the {'left' if value > 0 else 'right'}) when the "
-        f"truck drives straight ahead. This offset is valid and beyond the {_OFFSET_REPORTED_FROM_DEG:g} deg of a "
-        "healthy sensor. Calibrate the sensor. If the steering wheel itself is not level then, check the wheel "
-        "alignment first",
+        f"{reads} when the truck drives straight ahead. This offset is valid and beyond the limit of {limit_deg:g} "
+        "deg. The verdict says what to do. If the steering wheel itself is not level then, check the wheel alignment "
+        "first",
         value,
     )
 
@@ -189,22 +201,27 @@ def _yaw_rate_bias(native: _core.OcAnswer, method: str, from_vdc2: bool) -> Find
     bias, rolled_s = native["yaw_rate_bias"], native["yaw_rate_bias_wheel_time"]
     if _core.status_of(bias) not in ("valid", "converging"):
         return None
+    half_width = 1.96 * bias["standard_deviation"]
     measured = (
-        yaw_rate_beside_wheels(bias["value"], rolled_s, from_vdc2=from_vdc2)
+        yaw_rate_beside_wheels(bias["value"], rolled_s, from_vdc2=from_vdc2, half_width=half_width)
         if rolled_s > 0
-        else yaw_rate_at_standstill(bias["value"], bias["evidence"], from_vdc2=from_vdc2)
+        else yaw_rate_at_standstill(bias["value"], bias["evidence"], from_vdc2=from_vdc2, half_width=half_width)
     )
     if measured is None:
         return None
+    sure, large = (_is_sure(bias, least) for least in (YAW_RATE_BIAS_REPORTED_FROM_DEG_S, YAW_RATE_BIAS_LARGE_DEG_S))
+    measured = replace(measured, severity="warning" if sure else "info")
     if method == "wheel-speed":
         return replace(measured, text=f"{measured.text}. The offset is not affected: this method uses no yaw rate")
-    large = abs(bias["value"]) / DEGREE > YAW_RATE_BIAS_LARGE_DEG_S
     check = ". It is large: check the sensor and its mounting" if large else ""
     if native["used"] == 0:
         return replace(measured, text=f"{measured.text}. No offset is estimated from this drive{check}")
     if method == "joint":
         text = f"{measured.text}. The offset is corrected for this bias{check or '; no action is necessary'}"
         return replace(measured, text=text, severity="warning" if large else "info")
+    if not sure:
+        text = f"{measured.text}. The bias is not measured well enough to correct the offset. Stand still for 1 s"
+        return replace(measured, text=text)
     effect = abs(native["offset_per_yaw_rate_bias"] * bias["value"]) / DEGREE
     side = "low" if bias["value"] > 0 else "high"
     text = (
@@ -214,15 +231,22 @@ def _yaw_rate_bias(native: _core.OcAnswer, method: str, from_vdc2: bool) -> Find
     return replace(measured, text=text)
 
 
+def _is_sure(bias: _core.OcEstimate, threshold_deg_s: float) -> bool:
+    """Valid, and its whole 95 % interval beyond the threshold."""
+    least = (abs(bias["value"]) - 1.96 * bias["standard_deviation"]) / DEGREE
+    return _core.status_of(bias) == "valid" and least >= threshold_deg_s
+
+
 @finding("yaw_rate_bias_moves", "warning", "s")
 def _yaw_rate_bias_moves(found: Kind, native: _core.OcAnswer, method: str, measures_banks: bool) -> Finding | None:
-    """Alarm of 5.3.1's CUSUM; info where it has passed. Without an accelerometer, road bank has the same effect on the
-    wheel speeds."""
+    """Alarm of 5.3.1's CUSUM; info where it has passed, or where the bias has one value in all intervals of the drive.
+    Without an accelerometer, road bank has the same effect on the wheel speeds."""
     moving_s = native["yaw_rate_bias_alarm_time"]
     if moving_s == 0:
         return None
     identified_again = _core.status_of(native["yaw_rate_bias"]) != "invalid"
-    passing = method == "joint" and identified_again and (not measures_banks or moving_s <= _ALARM_PASSING_S)
+    has_passed = method == "joint" and identified_again and (not measures_banks or moving_s <= _ALARM_PASSING_S)
+    passing = has_passed or native.get("yaw_rate_bias_moved", 0.0) < _BIAS_MOVED_FROM_RAD_S
     moved = " or a tyre radius" if measures_banks else ", a tyre radius or the road bank (not measured)"
     unused = ". The offset does not use this time" if method == "joint" else ". This method does not allow for it"
     again = "" if identified_again else ". The bias is not identified again since then; the offset is less certain"
@@ -248,8 +272,10 @@ def _leak(found: Kind, axle: str, leaked: float) -> Finding | None:
     )
 
 
-def _standing_acceleration(native: _core.OcAnswer, method: str, is_used: bool) -> Finding | None:
-    """`is_used`: the method uses the accelerometer."""
+def _standing_acceleration(
+    native: _core.OcAnswer, params: Mapping[str, float], method: str, is_used: bool
+) -> Finding | None:
+    """`is_used`: the method uses the accelerometer. An info where the slope of the ground alone can be the cause."""
     reading = native["standstill_lateral_acceleration"]
     if _core.status_of(reading) != "valid":
         return None
@@ -259,7 +285,10 @@ def _standing_acceleration(native: _core.OcAnswer, method: str, is_used: bool) -
         effect = "The interval of the offset allows for both"
     else:
         effect = "This method does not correct the offset for a bias; --method joint does"
-    return lateral_acceleration_at_standstill(reading["value"], reading["evidence"], effect)
+    found = lateral_acceleration_at_standstill(reading["value"], reading["evidence"], effect)
+    if found is None or abs(reading["value"]) - ground_half_width(params) >= TILTED_FROM_M_S2:
+        return found
+    return replace(found, severity="info")
 
 
 @finding("not_enough_evidence", "info", "s")

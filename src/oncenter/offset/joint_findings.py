@@ -174,18 +174,15 @@ def _offset_changed(found: Kind, change: Change, course: str, size: float) -> Fi
 
 @finding("steering_play", "warning", "deg")
 def _play(found: Kind, native: _core.OcAnswer) -> Finding | None:
-    """Valid, and beyond the maintenance standard."""
+    """Valid, and its whole 95 % interval beyond the maintenance standard."""
     play = native["backlash"]
-    value = play["value"] / DEGREE
-    if _core.status_of(play) != "valid" or value < PLAY_STANDARD_DEG:
+    value, half_width = play["value"] / DEGREE, 1.96 * play["standard_deviation"] / DEGREE
+    if _core.status_of(play) != "valid" or value - half_width < PLAY_STANDARD_DEG:
         return None
-    half_width = 1.96 * play["standard_deviation"] / DEGREE
-    limit = f"the maintenance limit of {PLAY_STANDARD_DEG:g} deg"
-    sure = value - half_width > PLAY_STANDARD_DEG
     return found(
-        f"the steering has {value:.1f} ±{max(half_width, 0.1):.1f} deg of free play at the steering wheel. "
-        f"{f'This is more than {limit}' if sure else f'{limit.capitalize()} is reached'}. The offset is not affected. "
-        "Check the steering joints for wear",
+        f"the steering has {value:.1f} ±{max(half_width, 0.1):.1f} deg of free play at the steering wheel. This is "
+        f"more than the maintenance limit of {PLAY_STANDARD_DEG:g} deg. The offset is not affected. Check the steering "
+        "joints for wear",
         value,
     )
 
@@ -288,7 +285,7 @@ def _wheelbase(found: Kind, native: _core.OcAnswer, steering_ratio: float, wheel
     return found(
         fit_words(share, wheelbase_m, steering_ratio),
         fitted["value"],
-        severity="warning" if abs(share) > FAR_OFF else None,
+        severity="warning" if abs(share) - doubt > FAR_OFF else None,
     )
 
 

@@ -17,6 +17,7 @@ from oncenter.estimates.estimates import DEFAULT_METHOD, METHODS, Method
 from oncenter.findings import Finding
 from oncenter.offset.answer import Answer
 from oncenter.offset.assemble import answer_of
+from oncenter.offset.bias_course import BiasCourse
 from oncenter.offset.coarse_recording import (
     coarse_recording_findings,
     coarseness_of,
@@ -180,7 +181,17 @@ def _run_over(
     """The core's answer after these logs, wider for a coarse recording, and the changes in them."""
     core, changes_found = _run(logs, vehicle, params, method, progress, None)
     native = widened(core.answer(), coarseness_of(logs), method, params)
+    if native["yaw_rate_bias_alarm_time"] > 0.0:
+        native["yaw_rate_bias_moved"] = _bias_moved(logs, vehicle, params, method)
     return native, changes_of(native, changes_found, logs)
+
+
+def _bias_moved(logs: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float], method: Method) -> float:
+    """By a second run with the outputs of all ticks: few drives have an alarm."""
+    outputs, course = np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE), BiasCourse()
+    _run(logs, vehicle, params, method, None, outputs)
+    course.take(outputs)
+    return course.moved_rad_s
 
 
 def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[str, float]) -> Answer:

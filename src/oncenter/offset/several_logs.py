@@ -14,6 +14,7 @@ from itertools import pairwise
 import numpy as np
 
 from oncenter import _core
+from oncenter.estimates.cause import Pull
 from oncenter.estimates.changes import Change, kind_of_offset
 from oncenter.estimates.estimate import number
 from oncenter.findings import Finding, Kind, finding
@@ -212,6 +213,7 @@ def _with_times(answer: _core.OcAnswer, drives: Sequence[Drive]) -> _core.OcAnsw
     answer["accelerometer_runs_away"] = moved["accelerometer_runs_away"]
     answer["yaw_rate_bias_wheel_time"] = sum(native["yaw_rate_bias_wheel_time"] for native in natives)
     answer["yaw_rate_bias_alarm_time"] = sum(native["yaw_rate_bias_alarm_time"] for native in natives)
+    answer["yaw_rate_bias_moved"] = max(native.get("yaw_rate_bias_moved", 0.0) for native in natives)
     answer["loaded_left_s"] = loaded_left_s
     answer["loaded_right_s"] = loaded_right_s
     answer["lacking_to_left"] = _lacking([(n["loaded_left_s"], n["lacking_to_left"]) for n in natives], loaded_left_s)
@@ -259,7 +261,7 @@ def with_logs(answer: Answer, together: Together) -> Answer:
     model, value = together.model, answer.offset.value
     if model is None or value is None:
         return answer
-    answer = with_zero(answer, model)
+    answer = replace(with_zero(answer, model), pull=_pull(model))
     if together.step is not None:
         later = next((c.offset_before_rad for c in answer.changes if c.kind != "bends"), value)
         change = _change(answer, later, together.step)
@@ -271,6 +273,12 @@ def with_logs(answer: Answer, together: Together) -> Answer:
     if model.load_would_help[0] and answer.zero == "fixed":
         findings.append(_another_load())
     return replace(answer, findings=tuple(findings))
+
+
+def _pull(model: Trucks) -> Pull:
+    """The pull that the drives identify; its effect is what parts the offset from the one without it."""
+    effect_deg = abs(float(model.offset[0] - model.less_pull[0])) / DEGREE
+    return Pull(float(model.pull[0]), float(model.pull_sd[0]), effect_deg)
 
 
 def _change(answer: Answer, offset: float, step: LogStep) -> Change:

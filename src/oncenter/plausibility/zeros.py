@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -15,10 +17,10 @@ from oncenter.signals import DEGREE, STANDARD_GRAVITY
 _NEARLY_STRAIGHT_1_M = 1 / 500
 YAW_RATE_BIAS_LARGE_DEG_S = 0.5  # a larger one is corrected as well, but the sensor needs a check
 # Minimum values that are reported; tuned, since a healthy truck shows less.
-_YAW_RATE_BIAS_REPORTED_FROM_RAD_S = 0.05 * DEGREE
+YAW_RATE_BIAS_REPORTED_FROM_DEG_S = 0.05
 _VDC2_ZERO_RAD_S = (32127 - 32112.64) / 8192  # SPN 1808 of a sender whose zero is raw 32127
 _VDC2_ZERO_WITHIN_RAD_S = 0.015 * DEGREE  # two bits of 1/8192 rad/s
-_STANDING_ACCELERATION_REPORTED_FROM_M_S2 = 0.25  # a 2.5 % slope of the ground
+TILTED_FROM_M_S2 = 0.25  # a 2.5 % slope of the ground
 _JOINT_ALLOWS_FOR_IT = "The interval of the offset allows for both (method joint)"
 _GYRO_EFFECT = (
     "The method joint corrects the offset for this bias. "
@@ -26,25 +28,36 @@ _GYRO_EFFECT = (
 )
 
 
-def yaw_rate_at_standstill(bias: float, standing_s: float, *, from_vdc2: bool) -> Finding | None:
-    """The bias (rad/s, mean over `standing_s` s) where it is not small; `from_vdc2`: J1939's VDC2 is its source."""
-    return _yaw_rate(bias, f"at standstill (mean of {standing_s:.1f} s)", from_vdc2=from_vdc2)
+def yaw_rate_at_standstill(
+    bias: float, standing_s: float, *, from_vdc2: bool, half_width: float | None = None
+) -> Finding | None:
+    """The bias (rad/s, mean over `standing_s` s) where it is not small; `from_vdc2`: J1939's VDC2 is its source;
+    `half_width`: of its 95 % interval, None where it is not estimated."""
+    return _yaw_rate(bias, half_width, f"at standstill (mean of {standing_s:.1f} s)", from_vdc2=from_vdc2)
 
 
-def yaw_rate_beside_wheels(bias: float, rolled_s: float, *, from_vdc2: bool) -> Finding | None:
+def yaw_rate_beside_wheels(bias: float, rolled_s: float, *, from_vdc2: bool, half_width: float) -> Finding | None:
     """The bias (rad/s, at the end, from `rolled_s` s of wheel speeds) where it is not small."""
-    return _yaw_rate(bias, f"when the truck does not turn (from {rolled_s:.0f} s of wheel speeds)", from_vdc2=from_vdc2)
+    when = f"when the truck does not turn (from {rolled_s:.0f} s of wheel speeds)"
+    return _yaw_rate(bias, half_width, when, from_vdc2=from_vdc2)
 
 
 @finding("yaw_rate_bias", "warning", "deg/s")
-def _yaw_rate(found: Kind, bias: float, when: str, *, from_vdc2: bool) -> Finding | None:
+def _yaw_rate(found: Kind, bias: float, half_width: float | None, when: str, *, from_vdc2: bool) -> Finding | None:
     """The yaw rate bias is not small."""
-    if abs(bias) < _YAW_RATE_BIAS_REPORTED_FROM_RAD_S:
+    if abs(bias) < YAW_RATE_BIAS_REPORTED_FROM_DEG_S * DEGREE:
         return None
-    text = f"the yaw rate sensor reads {bias / DEGREE:+.2f} deg/s {when}"
+    around = "" if half_width is None else f" ±{max(half_width / DEGREE, 0.01):.2f}"
+    text = f"the yaw rate sensor reads {bias / DEGREE:+.2f}{around} deg/s {when}"
     if from_vdc2 and abs(bias - _VDC2_ZERO_RAD_S) < _VDC2_ZERO_WITHIN_RAD_S:
         text += ". A sender of VDC2 that uses raw 32127 as zero, instead of 32112.64, reads +0.10 deg/s"
     return found(text, bias / DEGREE)
+
+
+def ground_half_width(params: Mapping[str, float]) -> float:
+    """95 % half-width of the reading by the slope of the ground on which trucks stop, m/s^2."""
+    by_crown = params["standing_crown_share_1"] * params["crown_m_s2"]
+    return 1.96 * math.hypot(params["standing_slope_sd_m_s2"], by_crown)
 
 
 @finding("lateral_acceleration_at_standstill", "warning", "m/s^2")
@@ -52,7 +65,7 @@ def lateral_acceleration_at_standstill(
     found: Kind, reading: float, standing_s: float, effect: str = _JOINT_ALLOWS_FOR_IT
 ) -> Finding | None:
     """The reading (m/s^2, mean over `standing_s` s) is not small; `effect` on the offset in words."""
-    if abs(reading) < _STANDING_ACCELERATION_REPORTED_FROM_M_S2:
+    if abs(reading) < TILTED_FROM_M_S2:
         return None
     slope = abs(reading) / STANDARD_GRAVITY * 100.0
     return found(

@@ -13,6 +13,7 @@ from bokeh.resources import Resources
 
 from oncenter.findings import capitalised
 from oncenter.report.canvas import COLOURS
+from oncenter.verdict.states import style as states_style
 
 _STATUSES = {
     "converging": "not sure enough yet",
@@ -41,7 +42,7 @@ def document(title: str, body: str, script: str, *, style: str = "", program: st
 <meta http-equiv="Content-Security-Policy" content="{_POLICY}">
 <title>{escape(title)}</title>
 <style>:root{{{colours}}}
-{_asset("page.css")}{style}</style>
+{states_style()}{_asset("page.css")}{style}</style>
 </head>
 <body>
 <main>

@@ -6,13 +6,18 @@ recalibrated. The thesis gives no service limit; 5.6 gives the accuracy of its m
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 from oncenter.estimates.estimates import Estimates
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG as LIMIT_DEG
 from oncenter.verdict.components import accelerometer, angle_sensor, free_play, yaw_rate_sensor
-from oncenter.verdict.offset import offset
-from oncenter.verdict.verdict import About, State, Verdict
+from oncenter.verdict.numbers import joined
+from oncenter.verdict.offset import NO_ACTION, offset
+from oncenter.verdict.states import STATES, TO_DO, Code
+from oncenter.verdict.verdict import About, Verdict
 
-__all__ = ["LIMIT_DEG", "About", "State", "Verdict", "verdicts_of"]
+__all__ = ["LIMIT_DEG", "STATES", "About", "Code", "Verdict", "lines_of", "verdicts_of"]
 
 
 def verdicts_of(answer: Estimates, limit_deg: float | None = None) -> tuple[Verdict, ...]:
@@ -25,10 +30,20 @@ def verdicts_of(answer: Estimates, limit_deg: float | None = None) -> tuple[Verd
             where left out.
     """
     limit = answer.vehicle.offset_limit_deg if limit_deg is None else limit_deg
-    return (
-        offset(answer, limit),
-        angle_sensor(answer),
-        free_play(answer),
-        yaw_rate_sensor(answer),
-        accelerometer(answer),
-    )
+    others = (angle_sensor(answer), free_play(answer), yaw_rate_sensor(answer), accelerometer(answer))
+    return (_with_the_others(offset(answer, limit), others), *others)
+
+
+def lines_of(answer: Estimates) -> list[str]:
+    """The verdict on the offset in one or two lines, then those on play and sensors that need work."""
+    first, *others = verdicts_of(answer)
+    to_do = [f"{each.about}: {each.words()}" for each in others if each.state in TO_DO]
+    return [f"{first.headline} {first.action}", *filter(None, [first.note]), *to_do]
+
+
+def _with_the_others(first: Verdict, others: Sequence[Verdict]) -> Verdict:
+    """No "No action." above a verdict that needs one."""
+    to_do = [each.about for each in others if each.state in TO_DO]
+    if first.action != NO_ACTION or not to_do:
+        return first
+    return replace(first, action=f"No recalibration is needed; see below about the {joined(to_do)}.")

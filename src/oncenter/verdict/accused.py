@@ -20,6 +20,7 @@ _BY_SIGNALS = (  # codes of such errors
     "wheel_speed",
 )
 _SIGNALS = ("steering wheel angle", "yaw rate", "vehicle speed", "lateral acceleration", "wheel speed")
+_STUCK = "signal_stuck"  # which a sensor can do as well
 
 
 def accused_by(fault: Finding) -> list[str]:
@@ -42,9 +43,13 @@ def accused(answer: Estimates) -> list[str]:
     return list(dict.fromkeys(name for finding in errors_of_signals(answer) for name in accused_by(finding)))
 
 
-def is_sensor_fault(answer: Estimates) -> bool:
-    """A fault of the angle sensor. A reversed sign is none where the signals contradict each other: the mistake may be
-    another signal's sign, or an entry of the vehicle file."""
-    if answer.sensor_fault == "wrong_sign":
-        return not accused(answer)
-    return answer.sensor_fault != "none"
+def only_stuck(answer: Estimates) -> bool:
+    """Whether no error accuses a signal of more than standing still."""
+    return all(finding.code == _STUCK for finding in errors_of_signals(answer))
+
+
+def with_source(answer: Estimates, signal: str) -> str:
+    """The signal with the message or the column that it comes from: "yaw rate (VDC2 from 0x3E)"."""
+    name = signal.replace(" ", "_")
+    found = [text for key, text in answer.sources.items() if key.startswith(name)]
+    return f"{signal} ({', '.join(dict.fromkeys(found))})" if found else signal

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from oncenter.estimates.bounds import BOUNDS
 from oncenter.estimates.estimates import Estimates
+from oncenter.signals import DEGREE
 from oncenter.verdict.accused import finding_of
 from oncenter.verdict.numbers import joined
 
@@ -23,9 +25,9 @@ class Driving(NamedTuple):
 def next_driving(answer: Estimates) -> Driving:
     """The most pressing lack first."""
     lacks = (_signal(answer), _speed(answer), _gate(answer), _accelerometer(answer), _loading(answer))
-    others = (_evidence(answer), _tighter_bends(answer), _narrower(answer))
+    others = (_evidence(answer), _tighter_bends(answer), _settled(answer), _narrower(answer))
     found = next(filter(None, (*lacks, *others)), None)
-    return found or Driving(f"drive 10 more minutes {_both_sides(answer)}", _TOO_WIDE)
+    return found or Driving(f"drive 10 more minutes {_both_sides(answer)}", _why_not_valid(answer))
 
 
 def minutes(seconds: float) -> str:
@@ -118,6 +120,36 @@ def _tighter_bends(answer: Estimates) -> Driving | None:
         "drive 5 more minutes with tighter bends to both sides",
         "Free play in gentle bends looks like oversteer, so offset and play are not separated yet.",
     )
+
+
+def _settled(answer: Estimates) -> Driving | None:
+    """A narrow interval that is not valid: the offset still moves, as after a late change, or a pull of usual size
+    would move it farther than on any truck."""
+    if not is_narrow(answer):
+        return None
+    whole = answer.offset.ci95
+    if whole is not None and whole[1] - whole[0] > 2.0 * BOUNDS["offset"].half_width:
+        around = 0.5 * (whole[1] - whole[0]) / DEGREE
+        return Driving(
+            "check the signals, then repeat the drive",
+            f"With a usual pull and wind the interval is ± {around:.1f} deg.",
+        )
+    return Driving(f"drive 5 more minutes {_both_sides(answer)}", _why_not_valid(answer))
+
+
+def is_narrow(answer: Estimates) -> bool:
+    """Whether this drive's part of the interval is narrow enough for a valid offset."""
+    joint = "drive_" if answer.method == "joint" else ""
+    half_width = answer.offset_half_width_rad
+    return half_width is not None and half_width <= answer.params[f"offset_{joint}half_width_max_rad"]
+
+
+def _why_not_valid(answer: Estimates) -> str:
+    if not is_narrow(answer):
+        return _TOO_WIDE
+    if any(change.kind != "bends" for change in answer.changes):
+        return "The interval is narrow, but the offset changed late in the drive and is not confirmed since then."
+    return "The interval is narrow, but the offset still moves from minute to minute."
 
 
 def _narrower(answer: Estimates) -> Driving | None:

@@ -2,206 +2,232 @@
 
 from __future__ import annotations
 
-from oncenter.estimates.cause import in_words
-from oncenter.estimates.changes import Change
-from oncenter.estimates.estimates import Estimates
-from oncenter.findings import PLAY_STANDARD_DEG, capitalised
-from oncenter.verdict.accused import accused, errors_of_signals, is_sensor_fault
-from oncenter.verdict.next_driving import next_driving
-from oncenter.verdict.numbers import floor_of_size, half_width, joined, plus_minus, rounded
-from oncenter.verdict.verdict import State, Verdict
+import math
 
-_OFFSET = "straight-ahead offset"
-FAULTS = {  # of the angle sensor, by the core's names: what happens, and the check
-    "lost": ("sends no signal", "Check its connector, its wiring and its supply."),
-    "stuck": ("always reads the same", "Check that it turns with the column; replace it if it does."),
+from oncenter.estimates.estimates import Estimates
+from oncenter.findings import capitalised
+from oncenter.signals import DEGREE
+from oncenter.truck.drives import GRADIENT_MIN
+from oncenter.verdict.accused import accused, errors_of_signals, finding_of, only_stuck, with_source
+from oncenter.verdict.decision import Case, at_fault, decide, is_whole_turns
+from oncenter.verdict.next_driving import is_narrow, next_driving
+from oncenter.verdict.numbers import Shown, joined, shown
+from oncenter.verdict.second_line import align_first, by_pull, in_deg, last_change, without_play
+from oncenter.verdict.states import Code
+from oncenter.verdict.verdict import Verdict
+
+_OFFSET, _ANGLE = "straight-ahead offset", "steering wheel angle"
+FAULTS = {  # of the angle sensor, by the core's names: observation, and what to check
+    "lost": ("has no signal", "its connector, its wiring and its supply"),
+    "stuck": ("always reads the same", "whether it turns with the column"),
     "jumped": ("jumped during the drive", "Check its mounting and its connector."),
     "drifting": ("is drifting", "Check its mounting; replace it if it is tight."),
-    "wrong_sign": (
-        "has its sign reversed",
-        "Check its sign in the [signals] table of the vehicle file, then how it is mounted.",
-    ),
+    "wrong_sign": ("has its sign reversed", "how it is mounted"),
     "remounted": ("reads differently since a stop", "Check its mounting, and calibrate it."),
 }
-
-
 LOOSE = "Check the mounting of the sensor and of the steering wheel."
+NO_ACTION = "No action."
 
 
 def offset(answer: Estimates, limit_deg: float) -> Verdict:
     """About the straight-ahead offset; `limit_deg` in deg, either sign."""
-    if is_sensor_fault(answer):
-        return _repair(answer)
-    if answer.offset.status == "invalid":
-        return _no_verdict(answer)
-    if answer.zero == "relative":
+    code = decide(case_of(answer), limit_deg)
+    if code == "signal_or_sensor":
+        return _signal_or_sensor(answer, limit_deg)
+    if code == "repair":
+        return _moves(answer, limit_deg) if answer.sensor_fault == "none" else _repair(answer, limit_deg)
+    if code == "check_signal":
+        return _check_signal(answer)
+    if code == "no_correction":
         return _no_correction(answer, limit_deg)
-    if answer.zero == "moves":
-        return _moves(answer, limit_deg)
-    if answer.offset.status != "valid" or answer.offset.value is None or answer.offset_half_width_rad is None:
-        return _not_exact(answer, limit_deg)
-    return _exact(answer, limit_deg)
+    if code == "no_offset":
+        return _not_valid(answer, "no_offset", limit_deg)
+    if code != "within" and answer.offset.status != "valid":
+        return _not_valid(answer, code, limit_deg)
+    return _decided(answer, code, limit_deg)
 
 
-def _verdict(state: State, headline: str, action: str, *notes: str) -> Verdict:
-    return Verdict("straight-ahead offset", state, headline, action, " ".join(filter(None, notes)))
+def case_of(answer: Estimates) -> Case:
+    own, whole = answer.offset_ci95_drive, answer.offset.ci95
+    return Case(
+        at_fault=fault_of(answer),
+        zero=answer.zero,
+        is_valid=answer.offset.status == "valid",
+        has_evidence=has_evidence(answer),
+        own=None if own is None else in_deg(own),
+        whole=None if whole is None else in_deg(whole),
+        has_play=answer.method == "joint",
+    )
 
 
-def _repair(answer: Estimates) -> Verdict:
-    what, check = FAULTS[answer.sensor_fault]
-    value, half_width_rad = answer.offset.value, answer.offset_half_width_rad
-    note = ""
-    if value is not None and half_width_rad is not None:
-        note = f"The {_OFFSET} {plus_minus(value, half_width_rad)} is from before the fault: do not use it."
-    return _verdict("repair", f"Repair: the steering wheel angle sensor {what}.", f"{check} Then drive again.", note)
+def has_evidence(answer: Estimates) -> bool:
+    """Enough driving, by a truck that understeers, with an accelerometer that can be used: the interval holds, even
+    where it is too wide for a valid offset."""
+    gradient, is_joint = answer.understeer_gradient.value, answer.method == "joint"
+    if answer.offset.status == "valid":
+        return True
+    understeers = gradient is not None and gradient >= GRADIENT_MIN
+    is_enough = answer.used_s >= answer.params["joint_evidence_min_s"] and not is_narrow(answer)
+    return is_joint and understeers and is_enough and not finding_of(answer, "lateral_acceleration_moves", "warning")
 
 
-def _no_verdict(answer: Estimates) -> Verdict:
-    names = accused(answer)
-    check = f"the {joined(names)} signal{'' if len(names) == 1 else 's'}" if names else "the signals"
-    errors = errors_of_signals(answer)
+def fault_of(answer: Estimates) -> Code | None:
+    return at_fault(
+        answer.sensor_fault,
+        answer.offset.status == "invalid",
+        signals=bool(errors_of_signals(answer)),
+        stuck_only=only_stuck(answer),
+    )
+
+
+def shown_offset(answer: Estimates, limit_deg: float) -> Shown | None:
+    """The offset with this drive's part of its interval; None without one."""
+    if answer.offset.value is None or answer.offset_half_width_rad is None:
+        return None
+    return shown(answer.offset.value / DEGREE, answer.offset_half_width_rad / DEGREE, limit_deg)
+
+
+def _verdict(code: Code, said: str, action: str, *notes: str) -> Verdict:
+    return Verdict("straight-ahead offset", code, said, action, " ".join(filter(None, notes)))
+
+
+def _before_the_fault(answer: Estimates, limit_deg: float) -> str:
+    found = shown_offset(answer, limit_deg)
+    return "" if found is None else f"The {_OFFSET} {found} is from before the fault: do not use it."
+
+
+def _repair(answer: Estimates, limit_deg: float) -> Verdict:
+    observed, check = FAULTS[answer.sensor_fault]
+    said, note = f"the {_ANGLE} sensor {observed}.", _before_the_fault(answer, limit_deg)
+    return _verdict("repair", said, f"{check} Then drive again.", note)
+
+
+def _signal_or_sensor(answer: Estimates, limit_deg: float) -> Verdict:
+    observed, _ = FAULTS[answer.sensor_fault]
+    said = f"the {with_source(answer, _ANGLE)} {observed}."
+    action = f"{check_both(answer.sensor_fault)} Then drive again."
+    return _verdict("signal_or_sensor", said, action, _before_the_fault(answer, limit_deg))
+
+
+def check_both(fault: str) -> str:
+    """The signal first: a wrong entry or a lost message gives the same data as the sensor."""
+    first = (
+        "its sign in the [signals] table of the vehicle file"
+        if fault == "wrong_sign"
+        else "its message, bits and source (oncenter signals LOG)"
+    )
+    return f"Check both: first {first}, then {FAULTS[fault][1]}."
+
+
+def _check_signal(answer: Estimates) -> Verdict:
+    names = [with_source(answer, name) for name in accused(answer)]
+    said = f"{joined(names)}." if names else "the signals of this log cannot give an offset."
+    errors = errors_of_signals(answer) or [each for each in answer.findings if each.severity == "error"]
     note = f"{capitalised(errors[0].text)}." if errors else ""
-    return _verdict("no_verdict", f"No verdict: check {check}.", "Correct the signal, then read the log again.", note)
+    return _verdict("check_signal", said, "Correct the signal, then read the log again.", note)
 
 
 def _found(answer: Estimates, limit_deg: float, which: str) -> str:
     """A sentence with the offset's value; empty without one."""
-    value, half_width_rad = answer.offset.value, answer.offset_half_width_rad
-    if value is None or half_width_rad is None:
-        return ""
-    return f"The {which} is {plus_minus(value, half_width_rad)} (limit {limit_deg:g} deg)."
+    found = shown_offset(answer, limit_deg)
+    return "" if found is None else f"The {which} is {found} (limit {limit_deg:g} deg)."
 
 
 def _no_correction(answer: Estimates, limit_deg: float) -> Verdict:
     found = _found(answer, limit_deg, f"{_OFFSET} of this drive")
     return _verdict(
         "no_correction",
-        f"No correction: the steering wheel angle sensor is relative, without a fixed zero. {found}".rstrip(),
+        f"the {_ANGLE} sensor is relative, without a fixed zero. {found}".rstrip(),
         "Do not store a correction: the zero of this sensor changes at each ignition.",
-        _change(answer),
+        last_change(answer),
     )
 
 
 def _moves(answer: Estimates, limit_deg: float) -> Verdict:
     last = _found(answer, limit_deg, f"last {_OFFSET}")
-    return _verdict(
-        "repair", "Repair: the zero of the steering wheel angle sensor moves.", f"{LOOSE} Then drive again.", last
-    )
+    return _verdict("repair", f"the zero of the {_ANGLE} sensor moves.", f"{LOOSE} Then drive again.", last)
 
 
-def _not_exact(answer: Estimates, limit_deg: float) -> Verdict:
-    """Converging, or not observable."""
+def _not_valid(answer: Estimates, code: Code, limit_deg: float) -> Verdict:
+    """Converging, or not observable: the driving that is missing."""
     driving = next_driving(answer)
     logs = "both logs" if len(answer.drives) == 1 else "all logs"
     log_it = f"Log the new drive, and give {logs} to oncenter together."
-    value, half_width_rad, ci95 = answer.offset.value, answer.offset_half_width_rad, answer.offset.ci95
-    if value is None or half_width_rad is None or ci95 is None:
-        return _verdict("undecided", f"Undecided: {driving.wanted}.", log_it, driving.why)
-    so_far = f"The {_OFFSET} so far is {plus_minus(value, half_width_rad)} (limit {limit_deg:g} deg)."
-    at_least = floor_of_size(*ci95)
-    notes = (driving.why, _play_is_left_out(answer), _change(answer))
-    if at_least >= limit_deg:
-        headline = f"Over the limit (at least {at_least:.1f} deg): {driving.wanted} before you recalibrate."
-        return _verdict("over", headline, log_it, so_far, *notes)
-    return _verdict("undecided", f"Undecided: {driving.wanted}.", log_it, so_far, *notes)
+    said = f"{driving.wanted}." if code != "over" else f"{_at_least(answer)}; {driving.wanted} before you recalibrate."
+    so_far = _found(answer, limit_deg, f"{_OFFSET} so far")
+    pull = by_pull(answer, limit_deg) if has_evidence(answer) else ""
+    return _verdict(code, said, log_it, so_far, driving.why, pull, without_play(answer), last_change(answer))
 
 
-def _exact(answer: Estimates, limit_deg: float) -> Verdict:
-    """A valid offset. An offset whose whole interval holds zero is not set, since that might make it worse."""
-    value, half_width_rad, ci95 = answer.offset.value, answer.offset_half_width_rad, answer.offset.ci95
-    assert value is not None and half_width_rad is not None and ci95 is not None
-    found = f"{_OFFSET} {plus_minus(value, half_width_rad)} (limit {limit_deg:g} deg)."
-    notes = (_straddles(answer, limit_deg), _play_is_left_out(answer), _change(answer))
-    if abs(rounded(value)) < limit_deg:
-        return _verdict("within", f"Within the limit: {found}", "No action.", *notes)
+def _at_least(answer: Estimates) -> str:
+    """The least size of an offset in the interval, rounded down."""
+    assert answer.offset.ci95 is not None
+    return f"at least {math.floor(10.0 * min(map(abs, in_deg(answer.offset.ci95)))) / 10.0:.1f} deg"
+
+
+def _decided(answer: Estimates, code: Code, limit_deg: float) -> Verdict:
+    """A valid offset, or one whose whole interval is within the limit."""
+    found = shown_offset(answer, limit_deg)
+    assert found is not None
+    said = f"{_OFFSET} {found} (limit {limit_deg:g} deg)."
+    notes = (by_pull(answer, limit_deg), without_play(answer), last_change(answer))
+    if code == "within":
+        return _verdict(code, said, NO_ACTION, *notes)
+    if code == "undecided":
+        return _verdict(code, f"{said[:-1]}, which is inside the interval.", _narrower(answer), *notes)
+    if code == "over":
+        return _verdict(code, said, _instead(answer, found), *notes)
+    first = "Align the wheels before you recalibrate. " if align_first(answer.pull) else ""
+    add = f"{first}{_correction(answer, found)}"
+    return _verdict(code, said, add, _in_own_count(answer, found), _direction(found), *notes)
+
+
+def _narrower(answer: Estimates) -> str:
+    logs = "both logs" if len(answer.drives) == 1 else "all logs"
+    return f"Log another drive, and give {logs} to oncenter together."
+
+
+def _instead(answer: Estimates, found: Shown) -> str:
+    """What to do about an offset beyond the limit, which must not be set."""
+    if is_whole_turns(found.value):
+        return f"Set the zero of the sensor with the wheels straight ahead. {turns_words(found.value)}"
     if answer.method != "joint":
-        action = "Answer the drive by the method joint, or measure the free play, before you recalibrate."
-        return _verdict("over", f"Over the limit: {found}", action, *notes)
-    if ci95[0] <= 0.0 <= ci95[1]:
-        action = "Check whether the truck pulls to one side, or drive again on another day, before you recalibrate."
-        return _verdict("over", f"Over the limit: {found}", action, *notes)
-    return _verdict(
-        "recalibrate", f"Recalibrate: {found}", _correction(answer), _in_own_count(answer), _direction(value), *notes
+        return "Answer the drive by the method joint, or measure the free play, before you recalibrate."
+    return "Check whether the truck pulls to one side, or drive again on another day, before you recalibrate."
+
+
+def turns_words(offset_deg: float) -> str:
+    """The reading in whole turns of the steering wheel and the rest; no number to enter."""
+    turns = round(offset_deg / 360.0)
+    rest = round(offset_deg - 360.0 * turns, 1) + 0.0
+    return (
+        f"It reads {turns:+d} whole turn{'' if abs(turns) == 1 else 's'} and {rest:+.1f} deg: do not enter this as a "
+        "correction."
     )
 
 
-def _direction(offset_rad: float) -> str:
+def _direction(found: Shown) -> str:
     """The sign in words, for a tool with the opposite sign."""
-    side = "left" if offset_rad > 0.0 else "right"
-    return f"When the truck drives straight ahead, the sensor reads {abs(rounded(offset_rad)):.1f} deg to the {side}."
+    side = "left" if found.value > 0.0 else "right"
+    size = f"{abs(found.value):.{found.digits}f}"
+    return f"When the truck drives straight ahead, the sensor reads {size} deg to the {side}."
 
 
-def _correction(answer: Estimates) -> str:
+def _correction(answer: Estimates, found: Shown) -> str:
     """The sum to add, as rounded in the headline; with a correction that is applied already, also the sum of both."""
-    assert answer.offset.value is not None
-    remaining, applied = -rounded(answer.offset.value) + 0.0, round(answer.vehicle.offset_applied_deg, 3)
+    remaining, applied = -found.value + 0.0, round(answer.vehicle.offset_applied_deg, 3)
+    add = f"Add {remaining:+.{found.digits}f} deg"
     if applied == 0.0:
-        return f"Add {remaining:+.1f} deg."
+        return f"{add}."
     total = round(applied + remaining, 3) + 0.0
-    return f"Add {remaining:+.1f} deg to the {applied:+.4g} deg that is applied already: set {total:+.4g} deg."
+    return f"{add} to the {applied:+.4g} deg that is applied already: set {total:+.4g} deg."
 
 
-def _in_own_count(answer: Estimates) -> str:
+def _in_own_count(answer: Estimates, found: Shown) -> str:
     """The sum with the opposite sign, for the network or ECU whose own values are positive to the right."""
-    assert answer.offset.value is not None
     entry = answer.vehicle.signals.get("steering_wheel_angle")
     if entry is None or entry.sign == 1:
         return ""
-    remaining, applied = rounded(answer.offset.value), -round(answer.vehicle.offset_applied_deg, 3)
-    total = f" to {applied:+.4g} deg: set {round(applied + remaining, 3) + 0.0:+.4g} deg" if applied else ""
-    return f"The network counts right as positive: in its own count, add {remaining:+.1f} deg{total}."
-
-
-def _straddles(answer: Estimates, limit_deg: float) -> str:
-    """The interval on both sides of the limit: this drive's part of it, or only the part that no drive separates."""
-    value, half_width_rad, ci95 = answer.offset.value, answer.offset_half_width_rad, answer.offset.ci95
-    assert value is not None and half_width_rad is not None and ci95 is not None
-    middle, around = rounded(value), half_width(half_width_rad)
-    is_over = abs(middle) >= limit_deg
-    of_drive = _crossing(middle - around, middle + around, limit_deg, is_over)
-    if of_drive:
-        return f"{'Close to the limit: the' if is_over else 'The'} interval {of_drive}."
-    causes = in_words(answer.not_identifiable)
-    whole = _crossing(rounded(ci95[0]), rounded(ci95[1]), limit_deg, is_over)
-    if not causes or not whole:
-        return ""
-    return f"With {causes}, which one drive cannot separate from the offset, the interval {whole}."
-
-
-def _crossing(low: float, high: float, limit_deg: float, is_over: bool) -> str:
-    """ "1.9 to 2.1 deg reaches below the limit", the smaller size first; empty where all of it is on one side."""
-    first, last = (low, high) if abs(low) <= abs(high) else (high, low)
-    least = 0.0 if low <= 0.0 <= high else abs(first)
-    if is_over and round(least, 1) < limit_deg:
-        return f"{first:.1f} to {last:.1f} deg reaches below the limit"
-    if not is_over and round(abs(last), 1) >= limit_deg:
-        return f"{first:.1f} to {last:.1f} deg reaches the limit"
-    return ""
-
-
-def _play_is_left_out(answer: Estimates) -> str:
-    if answer.method == "joint":
-        return ""
-    return (
-        f"The interval of the method {answer.method} does not include free play: {PLAY_STANDARD_DEG:g} deg of play can "
-        f"shift the offset by up to {PLAY_STANDARD_DEG / 2:g} deg."
-    )
-
-
-def _change(answer: Estimates) -> str:
-    """The last change of the offset that lasted."""
-    lasting = [change for change in answer.changes if _has_lasted(change)]
-    if not lasting:
-        return ""
-    last = lasting[-1]
-    assert last.size_rad is not None
-    when = f"{last.into_log_s / 60:.1f} min into" if last.into_log_s > 0.0 else "before"
-    before, after = rounded(last.offset_before_rad), rounded(last.offset_after_rad)
-    return (
-        f"The offset changed by {rounded(last.size_rad):+.1f} deg {when} {last.log}, from {before:+.1f} to "
-        f"{after:+.1f} deg: use the value after."
-    )
-
-
-def _has_lasted(change: Change) -> bool:
-    return change.size_rad is not None and abs(change.size_rad) >= 1.96 * (change.sd_rad or 0.0)
+    applied = -round(answer.vehicle.offset_applied_deg, 3)
+    total = f" to {applied:+.4g} deg: set {round(applied + found.value, 3) + 0.0:+.4g} deg" if applied else ""
+    return f"The network counts right as positive: in its own count, add {found.value:+.{found.digits}f} deg{total}."

@@ -5,20 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from oncenter.verdict.states import STATES, Code
+
 About = Literal["straight-ahead offset", "steering wheel angle sensor", "free play", "yaw rate sensor", "accelerometer"]
-State = Literal[
-    # of the offset
-    "recalibrate",  # valid, and the limit or more
-    "within",  # valid, and less than the limit
-    "over",  # the limit or more, but it must not be set to zero with this number
-    "undecided",  # more driving is needed; of free play and sensors: not measured
-    "no_correction",  # a relative sensor: no stored correction can hold
-    "no_verdict",  # signals contradict each other
-    # of free play and sensors
-    "ok",
-    "check",
-    "repair",  # of the offset: the angle sensor is at fault
-]
 
 
 @dataclass(frozen=True)
@@ -26,16 +15,26 @@ class Verdict:
     """A verdict in plain English, one or two sentences each.
 
     Attributes:
-        headline: the verdict with its numbers.
+        state: its code, see `states`.
+        said: the numbers and the reason; a sentence after the word of the state.
         action: the next step for the reader.
         note: how sure that is, and influences that the number does not include; empty where there is nothing to add.
     """
 
     about: About
-    state: State
-    headline: str
+    state: Code
+    said: str
     action: str
     note: str = ""
+
+    @property
+    def word(self) -> str:
+        return STATES[self.state].word
+
+    @property
+    def headline(self) -> str:
+        """The word and the sentence after it."""
+        return f"{self.word}: {self.said}"
 
     def words(self) -> str:
         """All of it in one line."""
@@ -45,6 +44,7 @@ class Verdict:
         return {
             "about": self.about,
             "state": self.state,
+            "word": self.word,
             "headline": self.headline,
             "action": self.action,
             "note": self.note,

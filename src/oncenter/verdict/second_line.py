@@ -1,0 +1,71 @@
+"""The second line of the offset's verdict: a pull, free play that the method leaves out, and the last change."""
+
+from __future__ import annotations
+
+from oncenter.estimates.cause import Pull, in_words, together_rad
+from oncenter.estimates.changes import Change
+from oncenter.estimates.estimates import Estimates
+from oncenter.findings import PLAY_STANDARD_DEG
+from oncenter.signals import DEGREE
+from oncenter.verdict.decision import Interval, standing
+
+
+def align_first(pull: Pull | None) -> str:
+    """Of a measured pull; empty without one."""
+    if pull is None or not pull.is_measured:
+        return ""
+    return f"Align first: {pull.words()}, which moves the offset by {pull.effect_deg:.1f} deg."
+
+
+def by_pull(answer: Estimates, limit_deg: float) -> str:
+    """A pull that is measured, or one that would move the interval across the limit."""
+    own, whole, causes = answer.offset_ci95_drive, answer.offset.ci95, in_words(answer.not_identifiable)
+    measured = align_first(answer.pull)
+    if measured or not causes or own is None or whole is None:
+        return measured
+    drives = "one drive" if len(answer.drives) == 1 else "these logs"
+    around_deg = 1.96 * together_rad(answer.not_identifiable) / DEGREE
+    return possible_pull(
+        f"{causes}, which {drives} cannot separate,", around_deg, in_deg(own), in_deg(whole), limit_deg
+    )
+
+
+def possible_pull(causes: str, around_deg: float, own: Interval, whole: Interval, limit_deg: float) -> str:
+    """The 95 % half-width by the causes; empty where the whole interval is on the same side of the limit."""
+    if standing(own, limit_deg) == standing(whole, limit_deg):
+        return ""
+    return f"{causes[:1].upper()}{causes[1:]} could add ± {around_deg:.1f} deg."
+
+
+def in_deg(interval: Interval) -> Interval:
+    return interval[0] / DEGREE, interval[1] / DEGREE
+
+
+def without_play(answer: Estimates) -> str:
+    if answer.method == "joint":
+        return ""
+    return (
+        f"The interval of the method {answer.method} does not include free play: {PLAY_STANDARD_DEG:g} deg of play can "
+        f"shift the offset by up to {PLAY_STANDARD_DEG / 2:g} deg."
+    )
+
+
+def last_change(answer: Estimates) -> str:
+    """The last change of the offset that lasted."""
+    lasting = [change for change in answer.changes if _has_lasted(change)]
+    if not lasting:
+        return ""
+    last = lasting[-1]
+    assert last.size_rad is not None
+    when = f"{last.into_log_s / 60:.1f} min into" if last.into_log_s > 0.0 else "before"
+    size, before, after = (
+        round(angle / DEGREE, 1) + 0.0 for angle in (last.size_rad, last.offset_before_rad, last.offset_after_rad)
+    )
+    return (
+        f"The offset changed by {size:+.1f} deg {when} {last.log}, from {before:+.1f} to {after:+.1f} deg: use the "
+        "value after."
+    )
+
+
+def _has_lasted(change: Change) -> bool:
+    return change.size_rad is not None and abs(change.size_rad) >= 1.96 * (change.sd_rad or 0.0)

@@ -119,7 +119,8 @@ class Signals:
         rate_hz: of the table, 20 to 200.
         log: name of the source, for people.
         notes: one line each about choices made while reading, for people.
-        vin: of the truck, where frames of the log contain it (J1939 VI).
+        vin: of the truck, where the log contains it: frames as J1939 VI, tables in metadata or a column.
+        start_s: begin of the drive in s since 1970, where a table states it beside its time.
     """
 
     table: pl.DataFrame
@@ -128,6 +129,7 @@ class Signals:
     log: str
     notes: tuple[str, ...] = ()
     vin: str | None = None
+    start_s: float | None = None
 
     def __init__(
         self,
@@ -137,9 +139,11 @@ class Signals:
         log: str,
         notes: tuple[str, ...] = (),
         vin: str | None = None,
+        start_s: float | None = None,
     ) -> None:
         given = "columns" if isinstance(table, Mapping) else "table"
-        vars(self).update({given: table}, sources=sources, rate_hz=rate_hz, log=log, notes=notes, vin=vin)
+        facts = {"rate_hz": rate_hz, "log": log, "notes": notes, "vin": vin, "start_s": start_s}
+        vars(self).update({given: table}, sources=sources, **facts)
 
     @cached_property  # type: ignore[no-redef]
     def table(self) -> pl.DataFrame:

@@ -22,7 +22,8 @@ class Format:
         origin: what writes it, for docs/formats.md.
         content: "frames", also with decoded "channels"; or what carries a signal's name.
         reader: "module:function". For "frames" it takes path, notes and progress, and yields `Frames`; for "frames and
-            channels" as `mf4.read`; for others path, names and notes, and returns a list of `Samples`.
+            channels" as `mf4.read`; for others path, names and notes, and returns a list of `Samples`, for "columns"
+            with the table's `Identity`.
         here: this process reads it, with this package's code and numpy; others a child process, which may crash.
         extra: the extra that reading needs.
         begins: the first bytes of each file; empty if they vary.

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import READ_HERE, SUFFIXES
+from oncenter.files.own_file import HEAD_BYTES, refuse_own_text
 from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
 from oncenter.read.plugins import known_format, plugin_for
 from oncenter.read.units import possible_columns
@@ -58,11 +59,11 @@ def read(
         names = vehicle.signal_names if names is None else names
         dbc = dbc or vehicle.databases()
     path = Path(path)
+    if not path.is_dir():
+        refuse_unreadable(path)
     if not is_bag_folder(path) and (path.name.lower().endswith(SUFFIXES) or plugin_for(path) is None):
         refuse_what_is_no_regular_file(path)
         known_format(path)
-    if not path.is_dir():
-        refuse_unreadable(path)
     given = path, names or {}, dbc, take or {}, progress or (lambda fraction: None)
     if path.name.lower().endswith(READ_HERE) and not dbc:
         from oncenter.read.here import read_here
@@ -123,11 +124,13 @@ def _home(signal: str, in_columns: bool) -> str:
 
 
 def refuse_unreadable(path: Path) -> None:
-    """Refuses a folder, a device, a pipe, a file that cannot be opened, and an empty file."""
+    """Refuses a folder, a device, a pipe, a file that cannot be opened, an empty file, and text that oncenter wrote."""
     refuse_what_is_no_regular_file(path)
     try:
         with open_regular_file(path) as file:
-            if not file.read(1):
+            head = file.read(HEAD_BYTES)
+            if not head:
                 raise OncenterError(f"{path.name} is empty (0 bytes)", code="empty_log")
+            refuse_own_text(path, head)
     except (OSError, ValueError) as error:
         raise cannot_read(path, error) from error

@@ -44,6 +44,16 @@ PURE_NUMBER = Quantity("1", {"1": 1.0})
 _SHOWN_AS = {"rad": "deg", "rad_s": "deg_s", "m_s": "km_h"}  # by SI unit: the unit for people
 
 
+def shown_unit(quantity: Quantity) -> str:
+    """The unit for people, a key of its factors."""
+    return _SHOWN_AS.get(quantity.unit, quantity.unit)
+
+
+def in_words(unit: str) -> str:
+    """A unit of files as people write it, "deg/s" for "deg_s"; empty for a pure number."""
+    return {"deg_s": "deg/s", "km_h": "km/h", "m_s2": "m/s^2", "nm": "N m", "1": ""}.get(unit, unit)
+
+
 @dataclass(frozen=True)
 class Signal:
     """A signal by its name without unit; `column` is its name in tables."""
@@ -175,13 +185,12 @@ class Signals:
         rows = []
         for name, source in self.sources.items():
             signal = SIGNALS[name]
-            unit = _SHOWN_AS.get(signal.quantity.unit, signal.quantity.unit)
+            unit = shown_unit(signal.quantity)
             values = self.columns[signal.column] / signal.quantity.factors[unit]
             numbers = values[values == values]
             span = f"{numbers.min():.4g} to {numbers.max():.4g}" if len(numbers) else "-"
             missing = f"{100.0 * (1.0 - len(numbers) / max(len(values), 1)):.0f} %"
-            shown_unit = {"deg_s": "deg/s", "km_h": "km/h", "m_s2": "m/s^2", "nm": "N m", "1": ""}.get(unit, unit)
-            rows.append((name, span, shown_unit, missing, f"{source.rate_hz:.0f} Hz", source.description))
+            rows.append((name, span, in_words(unit), missing, f"{source.rate_hz:.0f} Hz", source.description))
         head = ("signal", "range", "unit", "missing", "rate", "source")
         return html_table(f"{self.log}: {self.length()}", head, rows)
 

@@ -96,12 +96,15 @@ class SignalName:
     """The name of a signal in a log: an entry of a vehicle file's `[signals]` table.
 
     `name` is the column, the MF4 channel, or `Message.Signal` of a DBC. `unit` is a key of the quantity's factors, or
-    None for the file's own unit. `sign` is -1 where right is positive.
+    None for the file's own unit. `sign` is -1 where right is positive. `sign_by` is a signal that is not zero where a
+    magnitude is to the right, `plus` one that is added, both named as `name` and sent in the same message.
     """
 
     name: str
     unit: str | None = None
     sign: int = 1
+    sign_by: str | None = None
+    plus: str | None = None
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read.as_signals import as_signals
 from oncenter.read.identity import Identity, identity_of_columns
 from oncenter.read.samples import Samples
-from oncenter.read.tabular import columns_of, samples_of
+from oncenter.read.tabular import columns_of, parts_named, samples_of
 from oncenter.read.time_column import time_column
 from oncenter.signals import SignalName, Signals
 from oncenter.vehicle import Vehicle
@@ -67,7 +67,8 @@ def samples_of_frame(
     by_name = _columns(frame)
     wanted = columns_of(name, list(by_name), names, {}, notes)
     when = time_column(name, list(by_name), names)
-    needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
+    parts = parts_named(name, list(by_name), names)
+    needed = dict.fromkeys([when, *(column for column, _, _ in wanted), *parts])
     series = [_series(column, by_name[column]()) for column in needed]
     if len({len(each) for each in series}) > 1:
         lengths = ", ".join(f"{each.name} {len(each)}" for each in series)

@@ -21,8 +21,10 @@ from oncenter.read.csv_text import (
     with_header_as_long_as_rows,
     without_cut_off_row,
 )
+from oncenter.read.frames import Column
 from oncenter.read.identity import Identity, identity_of_columns, identity_of_metadata
 from oncenter.read.numbers import in_si, numbers
+from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.samples import Samples, steps_of
 from oncenter.read.time_column import seconds, time_column
 from oncenter.read.units import (
@@ -88,7 +90,7 @@ def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) 
     table, columns, identity = _opened_parquet(path)
     wanted = columns_of(path, columns, names, {}, notes)
     when = time_column(path, columns, names)
-    needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
+    needed = dict.fromkeys([when, *(column for column, _, _ in wanted), *parts_named(path, columns, names)])
     try:
         frame = table.select(*needed).collect()
     except _POLARS_ERRORS as error:
@@ -192,7 +194,7 @@ def samples_of(
     notes: list[str],
 ) -> list[Samples]:
     """Columns in SI."""
-    for column in (when, *(column for column, _, _ in wanted)):
+    for column in (when, *(column for column, _, _ in wanted), *parts_named(path, frame.columns, names)):
         if column + _SECOND in frame.columns:
             raise OncenterError(
                 f"two columns of {path.name} are called {column}: rename or delete one", code="ambiguous_column"
@@ -210,8 +212,11 @@ def samples_of(
     steps = steps_of(time)
     given = []
     for column, signal, factor in wanted:
-        values = numbers(path, frame[column])
-        values = in_si(values[stamped] if empty else values, factor)
+        values = in_si(numbers(path, frame[column]), factor)
+        entry = names.get(signal)
+        if entry is not None and entry.name == column and parts_of(entry):
+            values = _whole(path, frame, values, signal, entry, factor, units)
+        values = values[stamped] if empty else values
         finite = np.isfinite(values)
         complete = bool(finite.all())
         if not complete:
@@ -233,6 +238,43 @@ def samples_of(
             )
         )
     return given
+
+
+def _whole(
+    path: Path,
+    frame: pl.DataFrame,
+    values: Column,
+    signal: str,
+    entry: SignalName,
+    factor: float,
+    units: Mapping[str, str],
+) -> Column:
+    """A column in SI with its other parts, of which `factor` is that of the column."""
+    known = factors(signal)
+    plus = sign = None
+    if entry.plus is not None:
+        unit = named_unit(signal, entry, known, units.get(entry.name))
+        written = units.get(entry.plus, "") or unit_by_suffix(entry.plus, known) or ""
+        own = unit_of_plus(signal, entry, unit, written, units.get(entry.name, ""), known)
+        plus = in_si(numbers(path, frame[entry.plus]), entry.sign * known[own])
+    if entry.sign_by is not None:
+        sign = numbers(path, frame[entry.sign_by])
+    return combined(values, plus, sign)
+
+
+def parts_named(path: Path, columns: Sequence[str], names: Mapping[str, SignalName]) -> list[str]:
+    """The columns of further parts that `[signals]` names.
+
+    Raises:
+        OncenterError: "missing_part": the table does not have one of them.
+    """
+    found = []
+    for signal, entry in names.items():
+        for key, name in parts_of(entry).items() if entry.name in columns else ():
+            if name not in columns:
+                raise missing_part(signal, key, name, path.name, columns)
+            found.append(name)
+    return found
 
 
 def _has_content(frame: pl.DataFrame) -> list[pl.Expr]:

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.utc import EPOCH_S, LAST_S
 
 if TYPE_CHECKING:
     import numpy as np
@@ -171,6 +172,13 @@ class Signals:
     @property
     def ticks(self) -> int:
         return len(self.columns["time_s"])
+
+    @property
+    def begin_s(self) -> float | None:
+        """Begin of the drive in s since 1970: by the stamps, else as the file states it; None where it has neither."""
+        first = float(self.columns["time_s"][0]) if self.ticks else 0.0
+        stated = self.start_s if self.start_s is not None and 0.0 <= self.start_s < LAST_S else None
+        return first if EPOCH_S < first < LAST_S else stated
 
     def length(self) -> str:
         """The length in words, "1800.0 s at 100 Hz"."""

@@ -103,9 +103,7 @@ def _refuse_another_truck(logs: Sequence[_Log]) -> None:
 
 
 def _by_start(logs: Sequence[_Log]) -> list[_Log]:
-    from oncenter.memory.log import start_in_log
-
-    starts = [(start_in_log(log.drive), place) for place, log in enumerate(logs)]
+    starts = [(log.drive.begin_s, place) for place, log in enumerate(logs)]
     known = [(start, place) for start, place in starts if start is not None]
     return [logs[place] for _, place in sorted(known)] if len(known) == len(logs) else list(logs)
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING
 
-from oncenter.memory.log import start_in_log
 from oncenter.utc import utc
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ def origin_of(drives: Sequence[Signals]) -> Origin:
 
 
 def _start(drive: Signals) -> datetime | None:
-    seconds = start_in_log(drive)
+    seconds = drive.begin_s
     try:
         return None if seconds is None else utc(seconds)
     except OverflowError:

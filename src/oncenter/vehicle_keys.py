@@ -360,7 +360,7 @@ SIGNAL_ENTRY: dict[str, Key] = {
         Key(
             "unit",
             "Unit of the values in the log: rad or deg, rad_s or deg_s, m_s or km_h, m_s2 or g, nm; of `time`: s, ms, "
-            "us or ns.",
+            "us, ns, min, h or d.",
             "deg_s",
             without="the unit in the log or database, or the ending of the name",
         ),

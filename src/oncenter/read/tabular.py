@@ -15,6 +15,7 @@ from oncenter.files.own_file import refuse_own_table
 from oncenter.nearest_name import did_you_mean
 from oncenter.read.csv_text import (
     csv_text,
+    header_of,
     separator_of,
     too_long_row,
     whole_rows,
@@ -26,6 +27,7 @@ from oncenter.read.identity import Identity, identity_of_columns, identity_of_me
 from oncenter.read.numbers import in_si, numbers
 from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.samples import Samples, steps_of
+from oncenter.read.table_of_frames import refuse_frames
 from oncenter.read.time_column import seconds, time_column
 from oncenter.read.units import (
     NOMINAL_WHEEL_RADIUS_M,
@@ -70,6 +72,9 @@ def csv_table(path: Path, notes: list[str]) -> Table:
     """
     text = csv_text(path)
     separator = separator_of(text)
+    header = header_of(text, separator)
+    refuse_own_table(path, header)
+    refuse_frames(path, header)
     text = with_header_as_long_as_rows(text, separator)
     text = without_cut_off_row(path, text, separator, notes)
     try:
@@ -77,7 +82,6 @@ def csv_table(path: Path, notes: list[str]) -> Table:
     except _POLARS_ERRORS as error:
         raise too_long_row(path, text, separator) or _unreadable(path, error) from error
     frame = frame.rename({name: name.strip() for name in frame.columns}) if _distinct(frame.columns) else frame
-    refuse_own_table(path, frame.columns)
     frame = _without_short_rows(path, frame, text, separator, notes)
     frame, units = _without_units_row(frame)
     if separator != ",":
@@ -130,6 +134,7 @@ def _opened_parquet(path: Path) -> tuple[pl.LazyFrame, list[str], Identity]:
         columns = list(table.collect_schema())
         metadata = pl.read_parquet_metadata(source)
         refuse_own_table(path, columns, metadata)
+        refuse_frames(path, columns)
         in_columns = identity_of_columns(path, columns, lambda name: table.select(name).collect().to_series())
     except _POLARS_ERRORS as error:
         raise damaged(path.name, reason_of(error)) from error

@@ -17,7 +17,7 @@ from oncenter.files.own_file import HEAD_BYTES, refuse_own_text
 from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
 from oncenter.read.plugins import known_format, plugin_for
 from oncenter.read.units import possible_columns
-from oncenter.read.wording import cannot_read
+from oncenter.read.wording import FOUND, cannot_read
 from oncenter.signals import SIGNALS, SignalName, Signals
 
 if TYPE_CHECKING:
@@ -99,7 +99,7 @@ def require(signals: Signals, needed: Sequence[str], vehicle: Vehicle | None = N
         assign = f"{what} in the [signals] table of a vehicle file"
     remedy = [] if why else [assign]
     raise OncenterError(
-        "; ".join([f"{homes} in {log}", *why, f"found: {found}", *remedy]),
+        "; ".join([f"{homes} in {log}", *why, f"{FOUND}{found}", *remedy]),
         code="missing_signal",
         needs=tuple(missing),
     )

@@ -20,7 +20,7 @@ _PATTERNS: Mapping[str, tuple[str, ...]] = {
         r"\b(st\w*|lenk\w*) ?(wheel|whl|rad|w)\w* ?(ang|winkel)",
         r"\b(st|str|steer|steering|lenk|sas|eps) ?(ang|winkel)|\b(swa|lrw|lws)\b",
     ),
-    "yaw_rate": (r"\b(yaw|gier) ?(rate|rt|vel|geschw)|\bpsi ?(p|dot)\b", r"\b(yaw|gier)"),
+    "yaw_rate": (r"\b(yaw|gier) ?(rate|rt|vel|geschw)|\bpsi ?(p|dot)\b", r"\b(yaw|gier)", r"\bgyro( z)?\b"),
     "vehicle_speed": (
         r"\b(veh|vehicle|fzg|fahrzeug|ego|car|truck|wheel based vehicle) ?(spd|speed|vel|geschw|v)",
         r"\b(ground|tachograph|gps|gnss) ?(vehicle )?(spd|speed)",

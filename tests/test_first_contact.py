@@ -15,7 +15,7 @@ from oncenter.cli.completion import explained_codes, scenarios, signal_names, ve
 from oncenter.cli.demo import _as_typed
 
 TRUCK = "wheelbase_m = 3.7\nsteering_ratio = 19.3\n"
-NEW = "oncenter vehicle new truck2.toml --wheelbase-m 3.7 --steering-ratio 19.3"  # truck.toml exists
+NEW = "oncenter vehicle new new_truck.toml --wheelbase-m 3.7 --steering-ratio 19.3"
 DBC = 'VERSION ""\nBU_: X\nBO_ 512 ESP: 8 X\n SG_ Gyro : 0|16@1- (0.01,0) [0|0] "deg/s" X\n'
 
 

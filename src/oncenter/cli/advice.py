@@ -106,7 +106,7 @@ def _not_j1939(message: str, arguments: Sequence[str]) -> str:
 
 def _new_vehicle(arguments: Sequence[str], *more: str) -> str:
     """The command that writes a vehicle file: with the numbers of the one that was given, at a place that is free."""
-    places = ("truck.toml", *(f"truck{number}.toml" for number in range(2, 100)))
+    places = ("new_truck.toml", *(f"new_truck{number}.toml" for number in range(2, 100)))
     free = next((name for name in places if not os.path.lexists(name)), "NAME.toml")
     wheelbase, ratio = "M", "RATIO"
     given = _after("--vehicle", arguments)

@@ -107,3 +107,21 @@ def test_a_table_with_rows_of_two_trucks_is_refused(tmp_path: Path) -> None:
     with pytest.raises(OncenterError, match="different trucks") as refused:
         oc.read(tmp_path / "pooled.csv")
     assert refused.value.code == "different_trucks"
+
+
+def test_the_header_comment_of_an_mf4_gives_the_truck(fleet: Path, tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    table = steady_drive(minutes=0.5).table
+    log = tmp_path / "drive.mf4"
+    with MDF() as mdf:
+        time = table["time_s"].to_numpy()
+        names = [name for name in table.columns if name != "time_s"]
+        mdf.append([Signal(table[name].to_numpy(), time, name=name) for name in names])
+        mdf.header.comment = (
+            f'<HDcomment><TX/><common_properties><e name="VIN">{VIN}</e></common_properties></HDcomment>'
+        )
+        mdf.save(log)
+    assert oc.read(log).vin == VIN
+    row = Work(Trucks(fleet / "vehicles"))(LogFile(str(log), "", log.stat().st_size, 1.0))
+    assert row["truck"] == VIN

@@ -5,6 +5,7 @@ Imports no reader, so that the command line starts fast.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -44,6 +45,7 @@ class Format:
     limits: str = ""
 
 
+_CANDUMP = re.compile(rb"\(\d+\.\d+\) \S+ [0-9A-Fa-f]{3,8}#")
 _NO_FD = "CAN FD is not read"
 _READ, _WRITE = "oncenter.read.", "oncenter.simulate.write."
 
@@ -111,6 +113,16 @@ WRITTEN = tuple(row.suffixes[0] for row in FORMATS if row.writer)
 def format_of(name: str) -> Format | None:
     """The format of a file's name; None for an unknown one."""
     return next((row for row in FORMATS if name.lower().endswith(row.suffixes)), None)
+
+
+def format_of_content(head: bytes) -> Format | None:
+    """The format of a file's first bytes, where they are of no other one; None for text of any kind."""
+    if _CANDUMP.match(head):
+        return FORMATS[0]
+    certain = (row for row in FORMATS if row.suffixes[0] not in (".asc", ".vbo", ".csv.gz"))  # begin with words
+    return next(
+        (row for row in certain if any(len(begin) > 3 and head.startswith(begin) for begin in row.begins)), None
+    )
 
 
 def imported(function: str) -> Callable[..., Any]:

@@ -18,6 +18,7 @@ from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Kept, keep, with_groups
 from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.identity import NOT_STATED, Identity
+from oncenter.read.mdf_comment import vin_in_header
 from oncenter.read.plugins import known_format, plugin_for, read_plugin
 from oncenter.read.samples import Samples
 from oncenter.read.wording import cannot_read
@@ -94,7 +95,7 @@ def _from_bus(
     else:
         kept, decoded = imported(log_format.reader)(path, names, both, notes, progress)
     of_truck = with_groups(kept.frames, identity.PGNS)
-    vin = identity.assembled((kept.frames.where(of_truck),))
+    vin = identity.assembled((kept.frames.where(of_truck),)) or vin_in_header(path)
     if others:
         kept = replace(kept, frames=kept.frames.where(~with_groups(kept.frames, others)))
     notes += short_frames_notes(kept.frames, path.name)

@@ -69,7 +69,7 @@ def _missing_signal(message: str, arguments: Sequence[str]) -> str:
     log = _log_of(arguments)
     if log.lower().endswith(_WITH_COLUMNS) and _has_proposal(Path(arguments[1]), message):
         return f"{_new_vehicle(arguments, '--log', log)} proposes entries"
-    if FOUND not in message:  # nothing can be listed
+    if FOUND not in message or f"{FOUND}PGN" in message:  # there is no signal to list
         return f"{_new_vehicle(arguments)} writes one" if ASSIGN_THEM in message else ""
     options = [word for option in ("--vehicle", "--dbc") for word in _option(option, arguments)]
     listing = " ".join(["oncenter signals", log, *options])

@@ -59,7 +59,7 @@ def read(
         names = vehicle.signal_names if names is None else names
         dbc = dbc or vehicle.databases()
     path = Path(path)
-    if not path.is_dir():
+    if not os.path.isdir(path):  # without permission, Path.is_dir raises
         refuse_unreadable(path)
     if not is_bag_folder(path) and (path.name.lower().endswith(SUFFIXES) or plugin_for(path) is None):
         refuse_what_is_no_regular_file(path)

@@ -135,7 +135,7 @@ def _refuse_implausible_rate(samples: Samples, log: str) -> None:
     if rate < PLAUSIBLE_MIN_HZ:  # a telematics unit may record as slowly
         why = f"{has}, at least {RECORDED_MIN_HZ:.0f} are needed: record faster, or if its unit is not {now} but"
         raise OncenterError(
-            f"{why} {likely} ({hz:.4g} Hz), give it in [signals]: {entry}", code="rate_too_low", needs=("time",)
+            f"{why} {likely} ({hz:.4g} Hz), give it in [signals]: {entry}", code="time_out_of_range", needs=("time",)
         )
     raise OncenterError(
         f"{has}, so its unit is not {now} but likely {likely} ({hz:.4g} Hz): give it in [signals]: {entry}",

@@ -130,7 +130,7 @@ def _no_signal_recognised(
         )
     return OncenterError(
         f"no steering wheel angle ({j1939.home('steering_wheel_angle')}) and no other signal recognised in "
-        f"{path.name}; it has PGN {j1939.found_groups(kept)}; "
+        f"{path.name}; found: PGN {j1939.found_groups(kept)}; "
         "if one of them has the angle, describe it in a DBC (--dbc)",
         code="missing_signal",
         needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),

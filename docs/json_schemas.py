@@ -169,6 +169,8 @@ def _offset(schema: str) -> Schema:
     verdicts = {
         "limit_deg": number("deg", "An offset of this size or more, either sign, needs a recalibration."),
         "verdicts": rows("What to do, the offset first.", _VERDICT),
+        "vin": text("Of the truck, where a log has it.", null=True),
+        "start_time": text("Start of the first drive, UTC, 2026-03-02T07:00:00Z; null without one.", null=True),
     }
     fields = {
         "schema": text(_SCHEMA_OF, choices=[f"oncenter/{schema}"]),

@@ -226,6 +226,8 @@ def _drive(cache: Path, name: str, scenario: str) -> Path:
             (cache / "calibrated.toml").write_text(CALIBRATED, encoding="utf-8")
             scenario = str(cache / "calibrated.toml")
         simulate_to_log(scenario, 2 if name == "after.log" else 1, file)
+        if name == "after.log":  # 10^6 s later: every simulated log begins at the same time
+            file.write_text(file.read_text().replace("(1466", "(1467"))
     return file
 
 

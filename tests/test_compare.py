@@ -4,7 +4,9 @@ import json
 from pathlib import Path
 from typing import Any
 
+import polars as pl
 import pytest
+from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter.cli import run
@@ -163,6 +165,7 @@ def test_two_logs_and_their_two_answers_give_the_same_comparison(
                     "--vehicle",
                     TRUCK,
                     "--json",
+                    "--in-given-order",
                 ]
             )
             == 0
@@ -177,3 +180,69 @@ def test_two_logs_and_their_two_answers_give_the_same_comparison(
 def test_a_log_without_a_vehicle_file_is_refused_with_what_would_do(capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["compare", "before.log", "after.log"]) == 2
     assert "before.log is a log, which needs --vehicle FILE" in capsys.readouterr().err
+
+
+def dated(folder: Path, name: str, offset_deg: float, start: str | None) -> Path:
+    """A log with this offset; its stamps begin at zero, and its metadata may have the start."""
+    table = steady_drive(offset_deg=offset_deg).table
+    path = folder / f"{name}.parquet"
+    table.write_parquet(path, metadata={} if start is None else {"start_time": start})
+    return path
+
+
+def test_the_earlier_drive_is_before_in_whichever_order_the_two_are_given(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    first = dated(tmp_path, "first", 4.0, "2026-03-02T07:00:00Z")
+    second = dated(tmp_path, "second", 0.5, "2026-03-09T07:00:00Z")
+    answers = []
+    for log in (first, second):
+        assert run(["offset", str(log), "--vehicle", TRUCK, "--json"]) == 0
+        answers.append(log.with_suffix(".json"))
+        answers[-1].write_text(capsys.readouterr().out)
+    for one, other in ((first, second), (second, first), answers, answers[::-1]):
+        assert run(["compare", str(one), str(other), "--vehicle", TRUCK, "--json"]) == 0
+        given = json.loads(capsys.readouterr().out)
+        assert (Path(given["before"]["log"]).stem, Path(given["after"]["log"]).stem) == ("first", "second")
+
+
+@pytest.mark.parametrize(
+    ("starts", "why"),
+    [
+        ((None, None), "no start time in"),
+        (("2026-03-02T07:00:00Z", None), "no start time in"),
+        (("2026-03-02T07:00:00Z", "2026-03-02T07:00:00Z"), "both drives have the same start time"),
+    ],
+)
+def test_without_two_start_times_the_user_gives_the_order(
+    starts: tuple[str | None, str | None], why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = [str(dated(tmp_path, name, 1.0, start)) for name, start in zip("ab", starts, strict=True)]
+    assert run(["compare", *logs, "--vehicle", TRUCK]) == 2
+    error = capsys.readouterr().err
+    assert why in error
+    assert "--in-given-order" in error
+    assert run(["compare", *logs, "--vehicle", TRUCK, "--in-given-order", "--json"]) == 0
+    assert Path(json.loads(capsys.readouterr().out)["before"]["log"]).name == "a.parquet"
+
+
+def test_python_refuses_an_answer_before_that_was_driven_after(tmp_path: Path) -> None:
+    truck = oc.vehicle(TRUCK)
+    first = oc.offset(oc.read(dated(tmp_path, "first", 4.0, "2026-03-02T07:00:00Z")), truck)
+    second = oc.offset(oc.read(dated(tmp_path, "second", 0.5, "2026-03-09T07:00:00Z")), truck)
+    oc.compare(first, second)
+    with pytest.raises(oc.OncenterError, match="exchange them") as refused:
+        oc.compare(second, first)
+    assert refused.value.code == "drive_order"
+
+
+def test_answers_of_two_trucks_are_not_compared(tmp_path: Path) -> None:
+    truck = oc.vehicle(TRUCK)
+    table = steady_drive().table
+    answers = []
+    for vin in ("YS2R4X20001234567", "YS2R4X20007654321"):
+        table.with_columns(pl.lit(vin).alias("vin")).write_parquet(tmp_path / f"{vin}.parquet")
+        answers.append(oc.offset(oc.read(tmp_path / f"{vin}.parquet"), truck))
+    with pytest.raises(oc.OncenterError, match="VIN") as refused:
+        oc.compare(*answers)
+    assert refused.value.code == "different_trucks"

@@ -15,6 +15,7 @@ from oncenter.cli.completion import explained_codes, scenarios, signal_names, ve
 from oncenter.cli.demo import _as_typed
 
 TRUCK = "wheelbase_m = 3.7\nsteering_ratio = 19.3\n"
+NEW = "oncenter vehicle new new_truck.toml --wheelbase-m 3.7 --steering-ratio 19.3"
 DBC = 'VERSION ""\nBU_: X\nBO_ 512 ESP: 8 X\n SG_ Gyro : 0|16@1- (0.01,0) [0|0] "deg/s" X\n'
 
 
@@ -60,17 +61,20 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("offset truck.toml --vehicle drive.csv", "a log comes first: oncenter offset drive.csv --vehicle FILE"),
         ("offset truck.toml --vehicle truck.toml", "a vehicle file follows --vehicle"),
         ("offset table.txt --vehicle truck.toml", "rename a text file with columns to .csv"),
-        ("offset no_unit.csv --vehicle truck.toml", "oncenter vehicle new truck.toml --log no_unit.csv"),
-        ("offset other.csv --vehicle truck.toml", "oncenter vehicle new truck.toml --log other.csv"),
+        ("offset no_unit.csv --vehicle truck.toml", f"{NEW} --log no_unit.csv"),
+        ("offset other.csv --vehicle truck.toml", f"{NEW} --log other.csv"),
         ("offset other.csv --vehicle unit.toml", '"rad_s" or "deg_s"'),
-        ("offset frames.log --vehicle truck.toml", "oncenter vehicle new truck.toml --dbc FILE --log frames.log"),
+        ("offset frames.log --vehicle truck.toml", f"{NEW} --dbc FILE --log frames.log"),
         ("offset drive.csv --vehicle comma.toml", "numbers need a decimal point"),
         ("offset drive.csv --vehicle mm.toml", "in mm? 3700 mm are 3.7 m"),
         ("offset drive.csv --vehicle lost.toml", "its dbc lost.dbc does not exist"),
         ("offset drive.csv --vehicle truck.toml --method jont", "got jont; did you mean joint?"),
         ("simulate heavyplay --output x.log", "did you mean heavy_play?"),
         ("vehicle check", "FILE is missing: give a vehicle file"),
-        ("reference drive.csv", "oncenter vehicle new truck.toml --log drive.csv"),
+        (
+            "reference drive.csv",
+            "oncenter signals drive.csv lists the signals of the log",
+        ),
     ],
 )
 def test_a_mistake_is_one_line_with_the_next_command(
@@ -85,7 +89,7 @@ def test_a_log_of_frames_without_a_signal_is_to_be_listed(desk: Path, capfd: pyt
     frame = "18F0093E#FFFF7F8F7D877E7D"  # VDC2 without an angle
     Path("bus.log").write_text("".join(f"({k / 100:.2f}) can0 {frame}\n" for k in range(300)))
     assert run(["offset", "bus.log", "--vehicle", "truck.toml"]) == 1
-    assert "oncenter signals bus.log lists the signals of the log" in capfd.readouterr().err
+    assert "oncenter signals bus.log --vehicle truck.toml lists the signals of the log" in capfd.readouterr().err
     assert run(["signals", "other.csv"]) == 0
 
 

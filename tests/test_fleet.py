@@ -322,6 +322,11 @@ def test_a_query_reads_no_file_but_the_fleet_s_tables(
     assert out == "" and err.count("\n") == 1 and "secret" not in err
 
 
+def test_the_name_of_a_folder_is_no_pattern(undisturbed: Path, tmp_path: Path) -> None:
+    shutil.copytree(undisturbed, tmp_path / "fleet[1]")
+    assert len(query("SELECT truck FROM trucks", tmp_path / "fleet[1]")) == 2
+
+
 def test_a_query_may_have_the_name_of_a_file_reader_in_its_texts(undisturbed: Path) -> None:
     sql = "SELECT truck AS read_csv FROM trucks WHERE truck != 'read_parquet' AND truck != 'bread_van(2)'"
     assert query(sql, undisturbed).height == 2

@@ -11,10 +11,12 @@ from drive_frames import Frame, candump, drive, identifier
 from test_estimate import steady_drive
 from two_trucks import DAY_S, MONDAY_S, VIN
 
+import oncenter as oc
 from oncenter.fleet.drive import when
 from oncenter.fleet.files import LogFile
 from oncenter.fleet.trucks import Truck, Trucks
-from oncenter.read.identity import start_of, vin_of
+from oncenter.read.identity import NOT_STATED, Identity
+from oncenter.read.identity_of_log import identity_of
 
 
 def test_a_truck_is_named_by_the_nearest_part_of_the_path_that_a_vehicle_file_describes(
@@ -55,9 +57,9 @@ def test_a_vin_is_read_from_packets_among_other_senders_packets(tmp_path: Path) 
     mixed = [frame for pair in zip(vin, other, strict=True) for frame in pair]
     log = tmp_path / "drive.log"
     log.write_text(candump(drive(0.1) + mixed))
-    assert vin_of(log) == VIN
+    assert identity_of(log).vin == VIN
     log.write_text(candump(drive(0.1) + [frame for frame in mixed if frame is not vin[2]]))
-    assert vin_of(log) is None
+    assert identity_of(log).vin is None
 
 
 def test_a_table_gives_vin_and_start_in_metadata_or_a_column(tmp_path: Path) -> None:
@@ -68,21 +70,20 @@ def test_a_table_gives_vin_and_start_in_metadata_or_a_column(tmp_path: Path) -> 
     table.write_parquet(silent)
     table.with_columns(vin=pl.lit(VIN), start_time=MONDAY_S).write_csv(tmp_path / "column.csv")
     for log in (by_metadata, by_column, tmp_path / "column.csv"):
-        assert (vin_of(log), start_of(log)) == (VIN, MONDAY_S), log
-    assert (vin_of(silent), start_of(silent)) == (None, None)
+        assert identity_of(log) == Identity(VIN, MONDAY_S), log
+    assert identity_of(silent) == NOT_STATED
 
 
 def test_a_drive_begins_when_its_stamps_its_metadata_its_name_or_its_file_say(tmp_path: Path) -> None:
     path = tmp_path / "drive.parquet"
     since_start, dated = steady_drive(minutes=1.0), steady_drive(minutes=1.0, start_s=MONDAY_S)
-    since_start.table.write_parquet(path)
     named = LogFile("s3://fleet/2026-03-02T07-00-00/drive.parquet", "", 1, 5.0e8)
     unnamed = LogFile("/logs/drive.parquet", "", 1, 5.0e8)
-    assert when(unnamed, path, dated) == {"start": MONDAY_S, "start_source": "log"}
-    assert when(named, path, since_start) == {"start": MONDAY_S, "start_source": "name"}
-    assert when(unnamed, path, since_start)["start"] == pytest.approx(5.0e8 - 60.0, abs=0.1)
+    assert when(unnamed, dated) == {"start": MONDAY_S, "start_source": "log"}
+    assert when(named, since_start) == {"start": MONDAY_S, "start_source": "name"}
+    assert when(unnamed, since_start)["start"] == pytest.approx(5.0e8 - 60.0, abs=0.1)
     since_start.table.write_parquet(path, metadata={"start_time": "2026-03-01T07:00:00Z"})
-    assert when(named, path, since_start) == {"start": MONDAY_S - DAY_S, "start_source": "metadata"}
+    assert when(named, oc.read(path)) == {"start": MONDAY_S - DAY_S, "start_source": "metadata"}
     since_start.table.write_parquet(path, metadata={"start_time": "1e300"})
-    assert when(named, path, since_start) == {"start": MONDAY_S, "start_source": "name"}
-    assert when(LogFile("/logs/drive.parquet", "", 1, -1e5), path, since_start) == {}
+    assert when(named, oc.read(path)) == {"start": MONDAY_S, "start_source": "name"}
+    assert when(LogFile("/logs/drive.parquet", "", 1, -1e5), since_start) == {}

@@ -15,6 +15,7 @@ from test_estimate import steady_drive
 from oncenter.cli import run
 from oncenter.cli.places import logs_at
 from oncenter.errors import OncenterError
+from oncenter.files.own_file import metadata
 
 TRUCK = "scania_r730_4x2"
 VIN, OTHER_VIN = "YS2R4X20001234567", "YS2R4X20007654321"
@@ -29,7 +30,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     table[:6000].write_csv(tmp_path / "logs" / "tuesday" / "b.csv")
     (tmp_path / "logs" / "bad.csv").write_text("nothing\nhere\n")
     (tmp_path / "logs" / "notes.txt").write_text("drove well\n")
-    (tmp_path / "logs" / "b.truth.parquet").write_text("the truth of a simulator")
+    table.write_parquet(tmp_path / "logs" / "true.parquet", metadata=metadata("truth"))
     monkeypatch.chdir(tmp_path)
     return tmp_path / "logs"
 
@@ -52,7 +53,9 @@ def test_a_folder_gives_one_answer_for_all_its_logs(folder: Path, capfd: pytest.
     assert given["time"]["duration_s"] == pytest.approx(240.0)
     (left_out,) = [finding["text"] for finding in given["findings"] if finding["code"] == "log_left_out"]
     assert "bad.csv" in left_out
-    assert any("2 files are not logs and were skipped: .truth.parquet, .txt" in note for note in given["notes"])
+    (own,) = [finding["text"] for finding in given["findings"] if finding["code"] == "no_log_left_out"]
+    assert "true.parquet is not a log: it holds the true values of a simulated drive" in own
+    assert any("1 file is not a log and was skipped: .txt" in note for note in given["notes"])
 
 
 def test_logs_of_a_folder_are_in_order_of_start_time_or_else_of_name(
@@ -62,7 +65,7 @@ def test_logs_of_a_folder_are_in_order_of_start_time_or_else_of_name(
     for name in ("drive10.csv", "drive2.csv"):
         steady_drive().table.write_csv(folder / "tuesday" / name)
     names = [path.name for path in logs_at([str(folder)]).logs]
-    assert names == ["a.csv", "bad.csv", "b.csv", "drive2.csv", "drive10.csv"]
+    assert names == ["a.csv", "bad.csv", "true.parquet", "b.csv", "drive2.csv", "drive10.csv"]
     dated = folder / "dated"
     dated.mkdir()
     for hours, name in ((3, "first.parquet"), (2, "second.parquet"), (1, "third.parquet")):
@@ -78,20 +81,22 @@ def test_each_log_of_a_folder_is_a_line_with_its_answer_or_its_error(
 ) -> None:
     assert run(["offset", str(folder), "--vehicle", TRUCK, "--each"]) == 0
     out, err = capfd.readouterr()
-    first, bad, second, note = out.splitlines()
+    first, bad, true, second, note = out.splitlines()
     assert first.startswith(str(folder / "a.csv")) and second.startswith(str(folder / "tuesday" / "b.csv"))
     for line in (first, second):
         assert " deg (" in line and " ± " in line and "converging" in line
     assert "no answer" in bad and "no signal recognised in bad.csv" in bad and "deg (" not in bad
-    assert note.startswith("note: 2 files are not logs") and err == ""
+    assert "no answer" in true and "true.parquet is not a log" in true
+    assert note.startswith("note: 1 file is not a log") and err == ""
 
 
 def test_each_with_json_is_one_object_of_answers_and_errors(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     given = answered([str(folder), "--each"], capfd)
     assert given["schema"] == "oncenter/offsets-1"
-    assert [one["schema"] for one in given["answers"]] == ["oncenter/offset-2", "oncenter/error-1", "oncenter/offset-2"]
-    assert [Path(one["log"]).name for one in given["answers"]] == ["a.csv", "bad.csv", "b.csv"]
-    assert given["answers"][1]["code"] == "missing_signal"
+    schemas = ["offset-2", "error-1", "error-1", "offset-2"]
+    assert [one["schema"] for one in given["answers"]] == [f"oncenter/{schema}" for schema in schemas]
+    assert [Path(one["log"]).name for one in given["answers"]] == ["a.csv", "bad.csv", "true.parquet", "b.csv"]
+    assert [given["answers"][k]["code"] for k in (1, 2)] == ["missing_signal", "not_a_log"]
 
 
 def test_the_exit_code_is_1_if_no_log_can_be_answered(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -172,7 +177,7 @@ def test_an_empty_name_is_not_the_current_folder(folder: Path, capfd: pytest.Cap
 
 def test_a_circle_of_links_ends_and_each_folder_is_read_once(folder: Path) -> None:
     os.symlink(folder, folder / "tuesday" / "again")
-    assert len(logs_at([str(folder), str(folder / "tuesday")]).logs) == 3
+    assert len(logs_at([str(folder), str(folder / "tuesday")]).logs) == 4
     with pytest.raises(OncenterError, match="no logs in"):
         (folder / "empty").mkdir()
         logs_at([str(folder / "empty")])

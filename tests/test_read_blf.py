@@ -22,7 +22,7 @@ from oncenter.errors import OncenterError
 from oncenter.live.replay import Replay
 from oncenter.read import blf, read
 from oncenter.read.frames import Frames, bus_name, frames_of_rows, joined
-from oncenter.read.identity import vin_of
+from oncenter.read.identity_of_log import identity_of
 from oncenter.read.other_lines import row
 from oncenter.simulate import simulate_to_log
 
@@ -353,7 +353,7 @@ def test_vin_and_replay_read_blf_too(tmp_path: Path) -> None:
     frames = [blf_object(CAN_MESSAGE, classic(vin, b"TRUCK7*"), ticks=k * 10_000_000) for k in range(3)]
     path = tmp_path / "drive.BLF"
     path.write_bytes(blf_file(container(padded(*frames))))
-    assert vin_of(path) == "TRUCK7"
+    assert identity_of(path).vin == "TRUCK7"
     played = Replay(path, 100.0)
     assert len(joined([played.take(0.01) for _ in range(5)])) == 3
     played.close()

@@ -207,6 +207,21 @@ def test_a_truck_that_was_too_slow_is_asked_to_go_faster(drive: Signals) -> None
     assert found.headline == "No offset: drive 1 more minute faster than 11 km/h, with bends to both sides."
 
 
+def test_driving_that_the_gate_rejected_is_asked_for_in_the_way_that_the_gate_takes(answer: Answer) -> None:
+    lacks = replace(
+        with_offset(answer, 1.0, 3.0, 3.0, "converging"), used_s=5.0, missing_loading_s=(0.0, 0.0), findings=()
+    )
+    for reason, wanted in {
+        "speed": "faster than",
+        "lateral_acceleration": "more slowly in bends",
+        "longitudinal_acceleration": "at a steady speed",
+        "curvature": "in wider bends",
+    }.items():
+        found = about_offset(replace(lacks, rejected_s={"speed": 10.0, reason: 100.0}))
+        assert wanted in found.headline, reason
+        assert ("faster" in found.headline) == (reason == "speed")
+
+
 def test_little_driving_requests_more(answer: Answer) -> None:
     little = replace(with_offset(answer, 1.0, 3.0, 3.0, "converging"), used_s=20.0, rejected_s={})
     assert about_offset(little).headline.startswith("Undecided: drive 1 more minute faster than 11 km/h")

@@ -14,6 +14,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.utc import EPOCH_S, LAST_S
 
 if TYPE_CHECKING:
     import numpy as np
@@ -42,6 +43,16 @@ ACCELERATION = Quantity("m_s2", {"m_s2": 1.0, "g": STANDARD_GRAVITY})
 TORQUE = Quantity("nm", {"nm": 1.0})
 PURE_NUMBER = Quantity("1", {"1": 1.0})
 _SHOWN_AS = {"rad": "deg", "rad_s": "deg_s", "m_s": "km_h"}  # by SI unit: the unit for people
+
+
+def shown_unit(quantity: Quantity) -> str:
+    """The unit for people, a key of its factors."""
+    return _SHOWN_AS.get(quantity.unit, quantity.unit)
+
+
+def in_words(unit: str) -> str:
+    """A unit of files as people write it, "deg/s" for "deg_s"; empty for a pure number."""
+    return {"deg_s": "deg/s", "km_h": "km/h", "m_s2": "m/s^2", "nm": "N m", "1": ""}.get(unit, unit)
 
 
 @dataclass(frozen=True)
@@ -86,12 +97,15 @@ class SignalName:
     """The name of a signal in a log: an entry of a vehicle file's `[signals]` table.
 
     `name` is the column, the MF4 channel, or `Message.Signal` of a DBC. `unit` is a key of the quantity's factors, or
-    None for the file's own unit. `sign` is -1 where right is positive.
+    None for the file's own unit. `sign` is -1 where right is positive. `sign_by` is a signal that is not zero where a
+    magnitude is to the right, `plus` one that is added, both named as `name` and sent in the same message.
     """
 
     name: str
     unit: str | None = None
     sign: int = 1
+    sign_by: str | None = None
+    plus: str | None = None
 
 
 @dataclass(frozen=True)
@@ -119,7 +133,8 @@ class Signals:
         rate_hz: of the table, 20 to 200.
         log: name of the source, for people.
         notes: one line each about choices made while reading, for people.
-        vin: of the truck, where frames of the log contain it (J1939 VI).
+        vin: of the truck, where the log contains it: frames as J1939 VI, tables in metadata or a column.
+        start_s: begin of the drive in s since 1970, where a table states it beside its time.
     """
 
     table: pl.DataFrame
@@ -128,6 +143,7 @@ class Signals:
     log: str
     notes: tuple[str, ...] = ()
     vin: str | None = None
+    start_s: float | None = None
 
     def __init__(
         self,
@@ -137,9 +153,11 @@ class Signals:
         log: str,
         notes: tuple[str, ...] = (),
         vin: str | None = None,
+        start_s: float | None = None,
     ) -> None:
         given = "columns" if isinstance(table, Mapping) else "table"
-        vars(self).update({given: table}, sources=sources, rate_hz=rate_hz, log=log, notes=notes, vin=vin)
+        facts = {"rate_hz": rate_hz, "log": log, "notes": notes, "vin": vin, "start_s": start_s}
+        vars(self).update({given: table}, sources=sources, **facts)
 
     @cached_property  # type: ignore[no-redef]
     def table(self) -> pl.DataFrame:
@@ -154,6 +172,13 @@ class Signals:
     @property
     def ticks(self) -> int:
         return len(self.columns["time_s"])
+
+    @property
+    def begin_s(self) -> float | None:
+        """Begin of the drive in s since 1970: by the stamps, else as the file states it; None where it has neither."""
+        first = float(self.columns["time_s"][0]) if self.ticks else 0.0
+        stated = self.start_s if self.start_s is not None and 0.0 <= self.start_s < LAST_S else None
+        return first if EPOCH_S < first < LAST_S else stated
 
     def length(self) -> str:
         """The length in words, "1800.0 s at 100 Hz"."""
@@ -171,13 +196,12 @@ class Signals:
         rows = []
         for name, source in self.sources.items():
             signal = SIGNALS[name]
-            unit = _SHOWN_AS.get(signal.quantity.unit, signal.quantity.unit)
+            unit = shown_unit(signal.quantity)
             values = self.columns[signal.column] / signal.quantity.factors[unit]
             numbers = values[values == values]
             span = f"{numbers.min():.4g} to {numbers.max():.4g}" if len(numbers) else "-"
             missing = f"{100.0 * (1.0 - len(numbers) / max(len(values), 1)):.0f} %"
-            shown_unit = {"deg_s": "deg/s", "km_h": "km/h", "m_s2": "m/s^2", "nm": "N m", "1": ""}.get(unit, unit)
-            rows.append((name, span, shown_unit, missing, f"{source.rate_hz:.0f} Hz", source.description))
+            rows.append((name, span, in_words(unit), missing, f"{source.rate_hz:.0f} Hz", source.description))
         head = ("signal", "range", "unit", "missing", "rate", "source")
         return html_table(f"{self.log}: {self.length()}", head, rows)
 

@@ -58,6 +58,8 @@ class _SignalEntry(BaseModel):
     name: str
     unit: str | None = None
     sign: Literal[1, -1] = 1
+    sign_by: str | None = None
+    plus: str | None = None
 
 
 class Sensors(BaseModel):
@@ -151,6 +153,8 @@ class Vehicle(BaseModel):
             if name != "time" and name not in SIGNALS:
                 meant = did_you_mean(name, SIGNALS) or f"; the signals are time, {', '.join(SIGNALS)}"
                 raise ValueError(f"'{name}' is not a signal{meant}")
+            if name == "time" and (value[name].sign_by or value[name].plus):
+                raise ValueError("'time' has no 'sign_by' and no 'plus'")
         return value
 
     @field_validator("dbc", mode="before")
@@ -188,7 +192,7 @@ class Vehicle(BaseModel):
     @property
     def signal_names(self) -> dict[str, SignalName]:
         """The `[signals]` table as readers take it."""
-        return {key: SignalName(entry.name, entry.unit, entry.sign) for key, entry in self.signals.items()}
+        return {key: SignalName(**entry.model_dump()) for key, entry in self.signals.items()}
 
     def databases(self) -> tuple[Path, ...]:
         """The files of `dbc`.

@@ -330,7 +330,8 @@ TABLES: dict[str, Key] = {
             "signals",
             "Names by which this truck's logs call a signal, for logs that are not J1939 and whose columns do not end "
             "in a unit. By signal: `name` (column, channel, or Message.Signal of a database), `unit` (left out: the "
-            "unit in the log or database) and `sign` (-1 where right is positive).",
+            "unit in the log or database), `sign` (-1 where right is positive), `sign_by` (the signal that has the "
+            "sign of a magnitude) and `plus` (the second part of a signal in two parts).",
             {"yaw_rate": {"name": "ESP.YawRate", "unit": "deg_s", "sign": 1}},
             where="`oncenter signals LOG` shows the signals that a log has; `oncenter vehicle new --log LOG --dbc "
             "FILE` proposes names.",
@@ -359,11 +360,23 @@ SIGNAL_ENTRY: dict[str, Key] = {
         Key(
             "unit",
             "Unit of the values in the log: rad or deg, rad_s or deg_s, m_s or km_h, m_s2 or g, nm; of `time`: s, ms, "
-            "us or ns.",
+            "us, ns, min, h or d.",
             "deg_s",
             without="the unit in the log or database, or the ending of the name",
         ),
         Key("sign", "-1 where the log counts right turns as positive.", 1, choices=("1", "-1"), without="1"),
+        Key(
+            "sign_by",
+            "Where `name` is a magnitude: the signal of the same message that is not zero to the right.",
+            "LWI_01.LWI_VZ_Lenkradwinkel",
+            without="`name` has its sign",
+        ),
+        Key(
+            "plus",
+            "Where the signal comes in two parts: the other one, of the same message. It is added in its own unit.",
+            "STEER_ANGLE_SENSOR.STEER_FRACTION",
+            without="`name` is the whole signal",
+        ),
     )
 }
 

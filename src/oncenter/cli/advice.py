@@ -5,15 +5,19 @@ from __future__ import annotations
 import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
-from oncenter.files.log_formats import OF_TABLES, SUFFIXES
+from oncenter.errors import OncenterError
+from oncenter.files.log_formats import SUFFIXES
 from oncenter.files.shipped import shipped
 from oncenter.nearest_name import did_you_mean, nearest
+from oncenter.read.wording import ASSIGN_THEM, FOUND
 from oncenter.vehicle_file.shipped_files import shipped_names
 
 _DATABASES = (".dbc", ".kcd", ".sym", ".arxml")
 _SIMILAR_MAX = 2  # names of files
+_WITH_COLUMNS = (".csv", ".csv.gz", ".parquet")  # logs of which `vehicle new --log` takes the names
 _LOG_FIRST = ("offset", "angle", "reference", "signals")  # commands whose first argument is a log
 
 
@@ -61,18 +65,65 @@ def _similar_files(path: Path, suffixes: Sequence[str]) -> str:
 
 
 def _missing_signal(message: str, arguments: Sequence[str]) -> str:
+    """Of a log with other signals the list of them; of a table without any the command that proposes entries."""
     log = _log_of(arguments)
-    if "oncenter vehicle new" in message:
-        return ""
-    if log.lower().endswith(OF_TABLES):
-        return f"oncenter vehicle new truck.toml --log {log} proposes entries"
-    return "" if arguments[:1] == ["signals"] else f"oncenter signals {log} lists the signals of the log"
+    if log.lower().endswith(_WITH_COLUMNS) and _has_proposal(Path(arguments[1]), message):
+        return f"{_new_vehicle(arguments, '--log', log)} proposes entries"
+    if FOUND not in message or f"{FOUND}PGN" in message:  # there is no signal to list
+        return f"{_new_vehicle(arguments)} writes one" if ASSIGN_THEM in message else ""
+    options = [word for option in ("--vehicle", "--dbc") for word in _option(option, arguments)]
+    listing = " ".join(["oncenter signals", log, *options])
+    return "" if arguments[:1] == ["signals"] else f"{listing} lists the signals of the log"
+
+
+def _has_proposal(log: Path, message: str) -> bool:
+    """Whether a column of a table may be one of the signals that the message misses."""
+    from oncenter.vehicle_file.new import proposals_for  # late import: an answer needs none of it
+
+    try:
+        proposed, _ = proposals_for((), log)
+    except OncenterError:
+        return False
+    missing = ("no signal recognised", "column {signal} of", "no {words} (")
+    return any(
+        text.format(signal=each.signal, words=each.signal.replace("_", " ")) in message
+        for each in proposed
+        for text in missing
+    )
+
+
+def _unit_missing(message: str, arguments: Sequence[str]) -> str:
+    """Of a column; an entry of a vehicle file is mended there."""
+    log = _log_of(arguments)
+    is_of_column = "[signals] " not in message.partition(":")[0] and "rename it to time_" not in message
+    return _missing_signal(message, arguments) if is_of_column and log.lower().endswith(_WITH_COLUMNS) else ""
 
 
 def _not_j1939(message: str, arguments: Sequence[str]) -> str:
-    if "oncenter vehicle new" in message:
-        return ""
-    return f"oncenter vehicle new truck.toml --dbc FILE --log {_log_of(arguments)} proposes entries"
+    database = _option("--dbc", arguments) or ["--dbc", "FILE"]
+    return f"{_new_vehicle(arguments, *database, '--log', _log_of(arguments))} proposes entries"
+
+
+def _new_vehicle(arguments: Sequence[str], *more: str) -> str:
+    """The command that writes a vehicle file: with the numbers of the one that was given, at a place that is free."""
+    places = ("new_truck.toml", *(f"new_truck{number}.toml" for number in range(2, 100)))
+    free = next((name for name in places if not os.path.lexists(name)), "NAME.toml")
+    wheelbase, ratio = "M", "RATIO"
+    given = _after("--vehicle", arguments)
+    if given:
+        from oncenter.vehicle import vehicle  # late import: it is loaded already, since the command read it
+
+        with suppress(OncenterError):
+            truck = vehicle(given)
+            wheelbase, ratio = f"{truck.wheelbase_m:g}", f"{truck.ratio_near_centre:.4g}"
+    numbers = ("--wheelbase-m", wheelbase, "--steering-ratio", ratio)
+    return " ".join(["oncenter vehicle new", free, *numbers, *more])
+
+
+def _option(name: str, arguments: Sequence[str]) -> list[str]:
+    """An option of the command line with its value as a shell takes it; empty if it is not given."""
+    value = _after(name, arguments)
+    return [name, shlex.quote(value)] if value else []
 
 
 def _unknown_format(message: str, arguments: Sequence[str]) -> str:
@@ -123,7 +174,7 @@ _BY_CODE: Mapping[str, Callable[[str, Sequence[str]], str]] = {
     "unreadable_log": _unreadable,
     "bad_dbc": _unreadable,
     "missing_signal": _missing_signal,
-    "unit_missing": _missing_signal,
+    "unit_missing": _unit_missing,
     "not_j1939": _not_j1939,
     "unknown_format": _unknown_format,
     "vehicle_file": _vehicle_file,

@@ -70,6 +70,7 @@ def angle(
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.cli.places import logs_named
     from oncenter.errors import WRONG_USAGE, OncenterError
+    from oncenter.files.own_file import metadata
     from oncenter.files.whole_file import check_place, whole_file
     from oncenter.report import check_report, report_angle
 
@@ -106,7 +107,10 @@ def angle(
     if output is not None:
         with whole_file(output) as unfinished:
             given = in_degrees(table)
-            (given.write_csv if output.suffix == ".csv" else given.write_parquet)(unfinished)
+            if output.suffix == ".csv":
+                given.write_csv(unfinished)
+            else:
+                given.write_parquet(unfinished, metadata=metadata("angle"))
     if report is not None:
         report_angle(
             table,

@@ -32,18 +32,25 @@ def compare(
             help="The offset from which a truck is recalibrated, in place of the limit in AFTER or its vehicle file.",
         ),
     ] = None,
+    in_given_order: Annotated[
+        bool,
+        typer.Option("--in-given-order", help="BEFORE was driven first, whatever the start times."),
+    ] = False,
     json: Json = False,
     dbc: Dbc = None,
     source: Source = None,
 ) -> None:
     """Check a calibration or a repair: compare the offsets of one truck before and after it.
 
+    The start times of the drives give their order.
+
     BEFORE and AFTER are answers that `oncenter offset LOG --vehicle FILE --json > before.json` wrote, or logs.
     """
-    from oncenter.offset.compare import compared
+    from oncenter.offset.compare import compared, in_order
 
     take = sources_of(source)
-    first, second = (_offset(place, vehicle_file, dbc or (), take) for place in (before, after))
+    one, other = (_offset(place, vehicle_file, dbc or (), take) for place in (before, after))
+    first, second = (one, other) if in_given_order else in_order(one, other)
     comparison = compared(first, second, second.limit_deg if limit is None else limit)
     typer.echo(comparison.to_json() if json else str(comparison))
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from oncenter.cli.options import progress_bar
 from oncenter.cli.standard_input import STANDARD_INPUT, as_file
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, WRONG_USAGE, OncenterError
-from oncenter.files.log_formats import OF_FRAMES
+from oncenter.files.own_file import NOT_A_LOG
 from oncenter.findings import Finding, Kind, finding
 from oncenter.utc import EPOCH_S
 
@@ -25,12 +25,10 @@ _ANGLE = ("steering_wheel_angle",)
 
 @dataclass(frozen=True)
 class _Log:
-    """A drive with VIN and start of its log, `start_s` since 1970; None where the log has none."""
+    """A drive and its log."""
 
     path: Path
     drive: Signals
-    vin: str | None
-    start_s: float | None
 
 
 def read_log(log: Path, truck: Vehicle | None, dbc: Sequence[Path], take: Mapping[str, str]) -> Signals:
@@ -62,8 +60,7 @@ def read_logs(
     for path in places.logs:
         try:
             with as_file(path) as file:
-                drive = _read(path, file, truck, dbc, take)
-                logs.append(_identified(path, drive, file) if are_several else _Log(path, drive, None, None))
+                logs.append(_Log(path, _read(path, file, truck, dbc, take)))
         except OncenterError as error:
             if not are_several or error.exit_code != LOG_CANNOT_BE_ANSWERED:
                 raise
@@ -78,7 +75,7 @@ def read_logs(
         raise OncenterError(
             f"none of {len(refusals)} logs can be used: {reasons}", code=refusals[0].code, needs=refusals[0].needs
         )
-    return drives, [*_left_out(refusals), *_given_twice(places.twice), *_overlaps(drives)]
+    return drives, [*_left_out(refusals), *_no_logs(refusals), *_given_twice(places.twice), *_overlaps(drives)]
 
 
 def _read(log: Path, file: Path, truck: Vehicle | None, dbc: Sequence[Path], take: Mapping[str, str]) -> Signals:
@@ -89,32 +86,25 @@ def _read(log: Path, file: Path, truck: Vehicle | None, dbc: Sequence[Path], tak
         drive = read(file, vehicle=truck, dbc=dbc, take=take, progress=progress)
     if log != STANDARD_INPUT:
         return drive
-    return Signals(drive.columns, drive.sources, drive.rate_hz, "-", drive.notes, drive.vin)
-
-
-def _identified(path: Path, drive: Signals, file: Path) -> _Log:
-    from oncenter.read.identity import start_of, vin_of
-
-    first_s = float(drive.columns["time_s"][0])
-    vin = drive.vin if file.name.lower().endswith(OF_FRAMES) else vin_of(file)
-    return _Log(path, drive, vin, first_s if first_s > EPOCH_S else start_of(file))
+    return Signals(drive.columns, drive.sources, drive.rate_hz, "-", drive.notes, drive.vin, drive.start_s)
 
 
 def _refuse_another_truck(logs: Sequence[_Log]) -> None:
     """Compares the last log; all logs before it are of one truck."""
-    named = [log for log in logs if log.vin is not None]
-    if not named or logs[-1].vin in (None, named[0].vin):
+    named = [log for log in logs if log.drive.vin is not None]
+    if not named or logs[-1].drive.vin in (None, named[0].drive.vin):
         return
     raise OncenterError(
-        f"the logs are of different trucks: {named[0].path} has VIN {named[0].vin}, {named[-1].path} has VIN "
-        f"{named[-1].vin}; give the logs of one truck, or --each for one answer per log",
+        f"the logs are of different trucks: {named[0].path} has VIN {named[0].drive.vin}, {named[-1].path} has VIN "
+        f"{named[-1].drive.vin}; give the logs of one truck, or --each for one answer per log",
         code="different_trucks",
         exit_code=WRONG_USAGE,
     )
 
 
 def _by_start(logs: Sequence[_Log]) -> list[_Log]:
-    known = [(log.start_s, place) for place, log in enumerate(logs) if log.start_s is not None]
+    starts = [(log.drive.begin_s, place) for place, log in enumerate(logs)]
+    known = [(start, place) for start, place in starts if start is not None]
     return [logs[place] for _, place in sorted(known)] if len(known) == len(logs) else list(logs)
 
 
@@ -146,7 +136,15 @@ def _with_all(
 
 @finding("log_left_out", "warning")
 def _left_out(found: Kind, refusals: Sequence[OncenterError]) -> list[Finding]:
-    return [found(f"a log was left out: {error}. The offset is estimated from the other logs") for error in refusals]
+    refused = [error for error in refusals if error.code != NOT_A_LOG]
+    return [found(f"a log was left out: {error}. The offset is estimated from the other logs") for error in refused]
+
+
+@finding("no_log_left_out", "info")
+def _no_logs(found: Kind, refusals: Sequence[OncenterError]) -> list[Finding]:
+    """Files that oncenter wrote beside the logs."""
+    own = [error for error in refusals if error.code == NOT_A_LOG]
+    return [found(f"a file was left out: {error}. The offset is not affected") for error in own]
 
 
 @finding("log_given_twice", "warning")

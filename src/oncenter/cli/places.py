@@ -115,10 +115,7 @@ def _notes(skipped: Sequence[Path]) -> tuple[str, ...]:
 
 
 def _ending(name: str) -> str:
-    """The last part of a name; the last two if the name ends like a log, as `.truth.parquet` does."""
-    parts = name.lower().split(".")
-    tail = parts[-2:] if name.lower().endswith(SUFFIXES) else parts[-1:]
-    return f".{'.'.join(tail)}" if len(parts) > 1 else name
+    return f".{name.lower().rpartition('.')[2]}" if "." in name else name
 
 
 def _files(count: int) -> str:

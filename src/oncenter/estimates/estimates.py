@@ -102,6 +102,16 @@ class Estimates:
         return Correction(self.vehicle.offset_applied_deg * DEGREE, -self.offset.value)
 
     @property
+    def vin(self) -> str | None:
+        """Of the truck, where a log has it."""
+        return next((drive.vin for drive in self.drives if drive.vin is not None), None)
+
+    @property
+    def begin_s(self) -> float | None:
+        """Begin of the first drive in s since 1970; None where no log has it."""
+        return min((drive.begin_s for drive in self.drives if drive.begin_s is not None), default=None)
+
+    @property
     def offset_half_width_rad(self) -> float | None:
         """Half the width of `offset_ci95_drive`."""
         return None if self.offset_ci95_drive is None else 0.5 * (self.offset_ci95_drive[1] - self.offset_ci95_drive[0])

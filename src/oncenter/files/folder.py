@@ -9,15 +9,13 @@ from collections.abc import Iterator, Sequence
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.files.whole_file import UNFINISHED
 
-_NO_LOGS = (".truth.parquet",)  # true values of the simulator, beside its logs
 _BAG_MARK = "metadata.yaml"
 BAG_PARTS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 
 
 def is_log(name: str) -> bool:
     """Whether a file is a log, by its name."""
-    lower = name.lower()
-    return lower.endswith(SUFFIXES) and not lower.endswith(_NO_LOGS) and not name.startswith(UNFINISHED)
+    return name.lower().endswith(SUFFIXES) and not name.startswith(UNFINISHED)
 
 
 def is_bag_folder(path: str | os.PathLike[str]) -> bool:

@@ -5,6 +5,7 @@ Imports no reader, so that the command line starts fast.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -22,7 +23,8 @@ class Format:
         origin: what writes it, for docs/formats.md.
         content: "frames", also with decoded "channels"; or what carries a signal's name.
         reader: "module:function". For "frames" it takes path, notes and progress, and yields `Frames`; for "frames and
-            channels" as `mf4.read`; for others path, names and notes, and returns a list of `Samples`.
+            channels" as `mf4.read`; for others path, names and notes, and returns a list of `Samples`, for "columns"
+            with the table's `Identity`.
         here: this process reads it, with this package's code and numpy; others a child process, which may crash.
         extra: the extra that reading needs.
         begins: the first bytes of each file; empty if they vary.
@@ -43,6 +45,7 @@ class Format:
     limits: str = ""
 
 
+_CANDUMP = re.compile(rb"\(\d+\.\d+\) \S+ [0-9A-Fa-f]{3,8}#")
 _NO_FD = "CAN FD is not read"
 _READ, _WRITE = "oncenter.read.", "oncenter.simulate.write."
 
@@ -110,6 +113,16 @@ WRITTEN = tuple(row.suffixes[0] for row in FORMATS if row.writer)
 def format_of(name: str) -> Format | None:
     """The format of a file's name; None for an unknown one."""
     return next((row for row in FORMATS if name.lower().endswith(row.suffixes)), None)
+
+
+def format_of_content(head: bytes) -> Format | None:
+    """The format of a file's first bytes, where they are of no other one; None for text of any kind."""
+    if _CANDUMP.match(head):
+        return FORMATS[0]
+    certain = (row for row in FORMATS if row.suffixes[0] not in (".asc", ".vbo", ".csv.gz"))  # begin with words
+    return next(
+        (row for row in certain if any(len(begin) > 3 and head.startswith(begin) for begin in row.begins)), None
+    )
 
 
 def imported(function: str) -> Callable[..., Any]:

@@ -15,6 +15,7 @@ from oncenter.errors import OncenterError
 from oncenter.estimates.cause import together_rad
 from oncenter.estimates.estimate import Estimate
 from oncenter.files.file_name import printable, printable_name
+from oncenter.files.own_file import NOT_A_LOG
 from oncenter.fleet.files import LogFile, at_hand
 from oncenter.fleet.start import valid_start
 from oncenter.fleet.summaries import columns_of
@@ -23,7 +24,7 @@ from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.read import refuse_unreadable
 from oncenter.read.here import read_here
-from oncenter.read.identity import start_of, vin_of
+from oncenter.read.identity_of_log import identity_of
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.fingerprint import fingerprint_of
 from oncenter.tuned import TUNED
@@ -62,7 +63,7 @@ class Work:
                 refuse_unreadable(path)
                 # in this process, which is a watched child already: a second child would have the same limits
                 signals = read_here(path, vehicle.signal_names, vehicle.databases(), {}, lambda fraction: None)
-                row |= when(log, path, signals)
+                row |= when(log, signals)
                 row["fingerprint"] = fingerprint_of(signals)
                 answer = offset(signals, vehicle)
                 row |= of_answer(answer)
@@ -70,13 +71,16 @@ class Work:
                     _report(answer, self.reports, key)
         except OncenterError as error:
             row |= {"error_code": error.code, "error": printable(" ".join(str(error).split()))}
+            if error.code == NOT_A_LOG:  # no drive of the truck in whose folder it lies
+                truck = None
+                row |= {"truck": "", "vehicle_file": None}
         except Exception as error:  # one log must not end the run
             row |= {"error_code": "bug", "error": printable(f"internal error: {type(error).__name__}: {error}")}
         row["settings"] = self.trucks.settings(truck.vehicle_file if truck else None)
         return row
 
     def _by_vin(self, path: Path) -> Truck | None:
-        vin = vin_of(path)
+        vin = identity_of(path).vin
         return None if vin is None else self.trucks.by_vin(vin)
 
     def _vehicle(self, log: LogFile, truck: Truck | None) -> Vehicle:
@@ -153,20 +157,20 @@ def _columns(name: str, unit: str, estimate: Estimate) -> dict[str, Any]:
     return {f"{name}_{unit}": given["value"], f"{name}_sd_{unit}": sd, f"{name}_status": given["status"]}
 
 
-def when(log: LogFile, path: Path, signals: Signals) -> dict[str, Any]:
+def when(log: LogFile, signals: Signals) -> dict[str, Any]:
     """When the drive began, in s since 1970, from the first of these that has a time: the log's own time stamps; a
     table's metadata or column `start_time`; a date with time of day in the name of the file or of a folder near it
     (UTC); the time of the last write minus the drive's duration. Empty if none has a time of the years 1970 to 9999."""
-    for source, start_s in _starts(log, path, signals):
+    for source, start_s in _starts(log, signals):
         if valid_start(start_s) is not None:
             return {"start": start_s, "start_source": source}
     return {}
 
 
-def _starts(log: LogFile, path: Path, signals: Signals) -> Iterator[tuple[str, float | None]]:
+def _starts(log: LogFile, signals: Signals) -> Iterator[tuple[str, float | None]]:
     first, last = float(signals.columns["time_s"][0]), float(signals.columns["time_s"][-1])
     yield "log", first if first > EPOCH_S else None
-    yield "metadata", start_of(path)
+    yield "metadata", signals.start_s
     for part in reversed(PurePosixPath(log.uri.replace("\\", "/")).parts):
         yield "name", _dated(part)
     yield "modified", log.modified_s - (last - first)

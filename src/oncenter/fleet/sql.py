@@ -47,7 +47,7 @@ def query(sql: str, output: str | os.PathLike[str]) -> pl.DataFrame:
             code="output",
             exit_code=WRONG_USAGE,
         )
-    tables = {name: pl.scan_parquet(folder / f"{name}.parquet") for name in TABLES}
+    tables = {name: pl.scan_parquet(folder / f"{name}.parquet", glob=False) for name in TABLES}
     tables["trucks"] = _trucks(tables["trucks"], in_old_codes=bool(_old_codes(sql)))
     try:
         return pl.SQLContext(frames=tables, eager=False).execute(sql).collect()

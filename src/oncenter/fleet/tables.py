@@ -13,6 +13,7 @@ import polars as pl
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from oncenter.files.own_file import metadata
 from oncenter.files.whole_file import whole_file
 from oncenter.fleet.summaries import COLUMNS as SUMMARY
 from oncenter.verdict.states import OF_OFFSET
@@ -182,7 +183,8 @@ class TableFile:
     def __init__(self, path: Path, columns: Mapping[str, tuple[str, str]]) -> None:
         self._path = path
         self._types = {name: _TYPES[kind][0] for name, (kind, _) in columns.items()}
-        self._schema = pa.schema([pa.field(name, _TYPES[kind][1]) for name, (kind, _) in columns.items()])
+        fields = [pa.field(name, _TYPES[kind][1]) for name, (kind, _) in columns.items()]
+        self._schema = pa.schema(fields, metadata("fleet"))
         self._rows: list[Row] = []
 
     def __enter__(self) -> TableFile:

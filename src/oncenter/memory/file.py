@@ -17,7 +17,7 @@ from oncenter.files.toml_file import read_toml, refusal
 from oncenter.files.whole_file import write_whole
 from oncenter.memory.truck import Load, PastDrive, Remembered, TruckMemory
 from oncenter.signals import DEGREE
-from oncenter.utc import utc
+from oncenter.utc import iso
 
 SCHEMA = "oncenter/truck-1"
 _CODE = "memory_file"  # of errors
@@ -139,10 +139,10 @@ def _memory_of(file: _File, what: str) -> TruckMemory:
             tuple(each.drive() for each in file.drives),
         )
     except OverflowError as error:  # a date outside the calendar
-        raise _no_date(what, error) from None
+        raise _noiso(what, error) from None
 
 
-def _no_date(what: str, error: Exception) -> OncenterError:
+def _noiso(what: str, error: Exception) -> OncenterError:
     return refusal(f"{what} has an impossible date: {error}", _CODE)
 
 
@@ -186,7 +186,7 @@ def _lines(memory: TruckMemory) -> Iterator[str]:
     for drive in memory.drives:
         yield "\n[[drives]]"
         yield f"log = {_text(drive.key)}"
-        yield f"date = {_date(drive.start_s)}"
+        yield f"date = {iso(drive.start_s)}"
         if drive.offset is not None and drive.offset_sd is not None:
             yield f"offset_deg = {_number(drive.offset / DEGREE)}"
             yield f"offset_sd_deg = {_number(drive.offset_sd / DEGREE)}"
@@ -196,7 +196,7 @@ def _lines(memory: TruckMemory) -> Iterator[str]:
 def _value_lines(remembered: Remembered, unit: str, factor: float) -> Iterator[str]:
     yield f"value_{unit} = {_number(remembered.value / factor)}"
     yield f"sd_{unit} = {_number(remembered.sd / factor)}"
-    yield f"date = {_date(remembered.date_s)}"
+    yield f"date = {iso(remembered.date_s)}"
 
 
 def _text(text: str) -> str:
@@ -205,7 +205,3 @@ def _text(text: str) -> str:
 
 def _number(value: Any) -> str:
     return repr(float(f"{value:.6g}"))
-
-
-def _date(seconds: float) -> str:
-    return f"{utc(round(seconds)):%Y-%m-%dT%H:%M:%SZ}"

@@ -14,6 +14,7 @@ from oncenter.estimates.correction import NO_CORRECTION
 from oncenter.estimates.estimate import Estimate, number
 from oncenter.estimates.estimates import Estimates
 from oncenter.signals import DEGREE
+from oncenter.utc import iso
 from oncenter.verdict import lines_of, verdicts_of
 from oncenter.verdict.numbers import shown
 
@@ -153,6 +154,8 @@ class Answer(Estimates):
             "correction": NO_CORRECTION if self.correction is None else self.correction.to_dict(),
             "limit_deg": self.vehicle.offset_limit_deg,
             "verdicts": [verdict.to_dict() for verdict in verdicts_of(self)],
+            "vin": self.vin,
+            "start_time": None if self.begin_s is None else iso(self.begin_s),
         }
 
     def to_json(self, schema: Schema = DEFAULT_SCHEMA) -> str:

@@ -13,12 +13,14 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Any, Literal, NoReturn, cast
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.regular_file import read_regular_file
 from oncenter.offset.answer import SCHEMAS, Answer
 from oncenter.truck.zero import Zero
+from oncenter.utc import iso
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 from oncenter.verdict.decision import Case, decide, is_whole_turns
 from oncenter.verdict.numbers import Shown, shown
@@ -29,6 +31,7 @@ State = Literal[
     "successful", "unchanged", "wrong_direction", "not_successful", "within_limit", "undecided", "no_correction"
 ]
 _SCHEMAS = tuple(f"oncenter/{schema}" for schema in SCHEMAS)
+_ORDER = "drive_order"  # code of errors
 _VARIES = "mean_wind"  # of the causes the one that differs from drive to drive
 _NOT_FIXED = ("relative_angle_sensor", "zero_differs_at_starts", "zero_moves")  # codes of findings
 _FORMER = {"no_verdict": "check_signal"}  # codes of a verdict in answers of former versions
@@ -55,6 +58,7 @@ class Offset:
     is_fixed: bool = True
     whole_deg: tuple[float, float] | None = None
     verdict: Code | None = None
+    start_s: float | None = None  # of the drive, since 1970
 
     def code(self, limit_deg: float) -> Code:
         """The verdict with that limit."""
@@ -200,8 +204,16 @@ def compare(before: Answer, after: Answer, *, limit_deg: float | None = None) ->
             where left out.
 
     Raises:
-        OncenterError: "different_trucks" or "usage", exit code 2: other vehicles, VINs or methods.
+        OncenterError: exit code 2: "different_trucks" or "usage": other vehicles, VINs or methods; "drive_order":
+            `before` began after `after`.
     """
+    if before.begin_s is not None and after.begin_s is not None and after.begin_s < before.begin_s:
+        raise OncenterError(
+            f"compare(before, after): before ({before.log}) was driven at {iso(before.begin_s)}, after after "
+            f"({after.log}, {iso(after.begin_s)}): exchange them",
+            code=_ORDER,
+            exit_code=WRONG_USAGE,
+        )
     first, second = (offset_of(answer.to_dict(), answer.log) for answer in (before, after))
     return compared(first, second, after.vehicle.offset_limit_deg if limit_deg is None else limit_deg)
 
@@ -250,7 +262,7 @@ def _not_an_answer(name: str, why: str) -> OncenterError:
 
 
 def _offset(answer: Mapping[str, Any]) -> Offset:
-    offset = answer["offset"]
+    offset, start = answer["offset"], answer.get("start_time")
     interval = offset.get("ci95_drive") or offset["ci95"]
     value = None if offset["value"] is None or interval is None else float(offset["value"])
     causes = {
@@ -270,6 +282,25 @@ def _offset(answer: Mapping[str, Any]) -> Offset:
         whole_deg=None if offset["ci95"] is None else (float(offset["ci95"][0]), float(offset["ci95"][1])),
         verdict=_verdict_in(answer),
         is_fixed=not any(finding["code"] in _NOT_FIXED for finding in answer.get("findings", ())),
+        start_s=None if start is None else datetime.fromisoformat(start).timestamp(),
+    )
+
+
+def in_order(one: Offset, other: Offset) -> tuple[Offset, Offset]:
+    """The offset of the earlier drive, then that of the later one.
+
+    Raises:
+        OncenterError: "drive_order", exit code 2: a drive has no start time, or both have the same.
+    """
+    if one.start_s is not None and other.start_s is not None and one.start_s != other.start_s:
+        return (one, other) if one.start_s < other.start_s else (other, one)
+    undated = [offset.log for offset in (one, other) if offset.start_s is None]
+    why = f"no start time in {' and '.join(undated)}" if undated else "both drives have the same start time"
+    raise OncenterError(
+        f"the order of the drives is not certain: {why}; give the drive before the calibration first, with "
+        "--in-given-order",
+        code=_ORDER,
+        exit_code=WRONG_USAGE,
     )
 
 

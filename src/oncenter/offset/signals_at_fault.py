@@ -7,7 +7,6 @@ from dataclasses import replace
 from oncenter.findings import Finding
 from oncenter.offset.answer import Answer
 from oncenter.plausibility import faults
-from oncenter.signals import Signals
 from oncenter.verdict.accused import accused_by
 
 _LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")

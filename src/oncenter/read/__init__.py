@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
-from oncenter.files.log_formats import READ_HERE, SUFFIXES
+from oncenter.files.log_formats import READ_HERE, SUFFIXES, format_of, format_of_content
+from oncenter.files.own_file import HEAD_BYTES, refuse_own_text
 from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
 from oncenter.read.plugins import known_format, plugin_for
 from oncenter.read.units import possible_columns
-from oncenter.read.wording import cannot_read
+from oncenter.read.wording import FOUND, cannot_read
 from oncenter.signals import SIGNALS, SignalName, Signals
 
 if TYPE_CHECKING:
@@ -58,11 +59,11 @@ def read(
         names = vehicle.signal_names if names is None else names
         dbc = dbc or vehicle.databases()
     path = Path(path)
+    if not os.path.isdir(path):  # without permission, Path.is_dir raises
+        refuse_unreadable(path)
     if not is_bag_folder(path) and (path.name.lower().endswith(SUFFIXES) or plugin_for(path) is None):
         refuse_what_is_no_regular_file(path)
         known_format(path)
-    if not path.is_dir():
-        refuse_unreadable(path)
     given = path, names or {}, dbc, take or {}, progress or (lambda fraction: None)
     if path.name.lower().endswith(READ_HERE) and not dbc:
         from oncenter.read.here import read_here
@@ -98,7 +99,7 @@ def require(signals: Signals, needed: Sequence[str], vehicle: Vehicle | None = N
         assign = f"{what} in the [signals] table of a vehicle file"
     remedy = [] if why else [assign]
     raise OncenterError(
-        "; ".join([f"{homes} in {log}", *why, f"found: {found}", *remedy]),
+        "; ".join([f"{homes} in {log}", *why, f"{FOUND}{found}", *remedy]),
         code="missing_signal",
         needs=tuple(missing),
     )
@@ -122,12 +123,27 @@ def _home(signal: str, in_columns: bool) -> str:
     return in_j1939 or "column " + " or ".join(possible_columns(signal))
 
 
+def _refuse_wrong_suffix(path: Path, head: bytes) -> None:
+    """A file whose first bytes are those of another format than its name says."""
+    named, held = format_of(path.name), format_of_content(head)
+    if named is None or held is None or named is held or (named.begins and head.startswith(named.begins)):
+        return
+    stem = path.name[: -len(next(suffix for suffix in named.suffixes if path.name.lower().endswith(suffix)))]
+    raise OncenterError(
+        f"{path.name} holds a log of another format, {held.origin}: rename it to {stem}{held.suffixes[0]}",
+        code="wrong_suffix",
+    )
+
+
 def refuse_unreadable(path: Path) -> None:
-    """Refuses a folder, a device, a pipe, a file that cannot be opened, and an empty file."""
+    """Refuses a folder, a device, a pipe, a file that cannot be opened, an empty file, and text that oncenter wrote."""
     refuse_what_is_no_regular_file(path)
     try:
         with open_regular_file(path) as file:
-            if not file.read(1):
+            head = file.read(HEAD_BYTES)
+            if not head:
                 raise OncenterError(f"{path.name} is empty (0 bytes)", code="empty_log")
+            refuse_own_text(path, head)
+            _refuse_wrong_suffix(path, head)
     except (OSError, ValueError) as error:
         raise cannot_read(path, error) from error

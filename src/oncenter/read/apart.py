@@ -90,6 +90,7 @@ def sent(given: Signals, send: Send) -> None:
         "log": given.log,
         "notes": given.notes,
         "vin": given.vin,
+        "start_s": given.start_s,
         "last": True,
     }
     send(header, *(np.ascontiguousarray(column, np.float64) for column in given.columns.values()))
@@ -107,6 +108,7 @@ def _as_signals(header: Mapping[str, Any], payload: bytes) -> Signals:
         header["log"],
         tuple(header["notes"]),
         header["vin"],
+        header["start_s"],
     )
 
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+
+import numpy as np
 
 from oncenter.errors import OncenterError
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read.frames import Column
+from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
 from oncenter.read.wording import ASSIGN_THEM
@@ -44,6 +48,52 @@ class Channel:
     @property
     def full_name(self) -> str:
         return f"{self.label}.{self.name}" if self.label else self.name
+
+
+def with_parts(path: Path, channels: Sequence[Channel], names: Mapping[str, SignalName]) -> list[Channel]:
+    """The channels; one whose `[signals]` entry has further parts gives the whole signal.
+
+    Raises:
+        OncenterError: "missing_part": the file does not have one of them; "unknown_unit".
+    """
+    entries = {entry.name: (signal, entry) for signal, entry in names.items() if signal in SIGNALS and parts_of(entry)}
+    if not entries:
+        return list(channels)
+    whole = []
+    for channel in channels:
+        found = entries.get(channel.full_name) or entries.get(channel.name)
+        if found is None:
+            whole.append(channel)
+            continue
+        signal, entry = found
+        parts = {key: _part(path, channels, channel, signal, key, name) for key, name in parts_of(entry).items()}
+        whole.append(replace(channel, content=partial(_whole, channel, parts, signal, entry)))
+    return whole
+
+
+def _part(path: Path, channels: Sequence[Channel], main: Channel, signal: str, key: str, name: str) -> Channel:
+    """The channel of a part, from the group of the main one if that has it."""
+    having = [each for each in channels if name in (each.full_name, each.name)]
+    if not having:
+        raise missing_part(signal, key, name, path.name, (each.full_name for each in channels))
+    return next((each for each in having if each.label == main.label), having[0])
+
+
+def _whole(main: Channel, parts: Mapping[str, Channel], signal: str, entry: SignalName) -> tuple[Column, Column, str]:
+    """Content of a channel with its other parts, in the unit of the main one."""
+    time, values, written = main.content()
+    given: dict[str, Column] = {}
+    for key, part in parts.items():
+        its_time, its_values, its_unit = part.content()
+        if its_time is not time and not np.array_equal(its_time, time):
+            raise NoSamples(f"has other times than {key} = {part.full_name}")
+        given[key] = its_values
+        if key == "plus":
+            known = factors(signal)
+            unit = named_unit(signal, entry, known, written)
+            own = unit_of_plus(signal, entry, unit, its_unit, written, known)
+            given[key] = its_values * (known[own] / known[unit])
+    return time, combined(values, given.get("plus"), given.get("sign_by")), written
 
 
 def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:

@@ -8,12 +8,25 @@ import numpy as np
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read.samples import Samples
-from oncenter.signals import ACCELERATION, ANGLE, ANGULAR_RATE, DEGREE, SIGNALS, TORQUE, Source
+from oncenter.signals import ACCELERATION, ANGLE, ANGULAR_RATE, DEGREE, SIGNALS, TORQUE, Source, in_words, shown_unit
 
 DISAGREE = "sources_disagree"  # code of the error
 
-# Median difference in SI above which two sources of the same kind contradict each other.
-_MATERIAL = {
+# Above these differences in SI two sources of the same rank contradict each other: of the medians, which a constant
+# difference moves, and of the single values, which a reversed sign moves. 0.3 deg of the angle is three times the
+# measurement scatter of a drive (docs/accuracy.md). A yaw rate of 0.1 deg/s is 0.36 deg of the angle at 20 m/s, by
+# i L r / v with i 19.3 and L 3.71 m; VDC2 has steps of 0.028 deg/s. An acceleration of 0.04 m/s^2 is 0.3 deg, by
+# i K_us of 7.7 deg/(m/s^2), but the roll of the frame under two sensors differs by as much: 0.1 m/s^2. A speed of
+# 0.5 m/s is half of the worst scale error of Table 1 at 20 m/s.
+_CONSTANT = {
+    ANGLE.unit: 0.3 * DEGREE,
+    ANGULAR_RATE.unit: 0.1 * DEGREE,
+    "m_s": 0.5,
+    ACCELERATION.unit: 0.1,
+    TORQUE.unit: 0.5,
+    "1": 0.5,
+}
+_SINGLE = {
     ANGLE.unit: 1.0 * DEGREE,
     ANGULAR_RATE.unit: 0.5 * DEGREE,
     "m_s": 0.5,
@@ -42,7 +55,7 @@ def choose(
     valid samples as the best. A signal that is not needed is left out if its sources disagree.
 
     Raises:
-        OncenterError: "sources_disagree": two sources of the same kind disagree about a needed signal and `take` gives
+        OncenterError: "sources_disagree": two sources of the same rank disagree about a needed signal and `take` gives
             none; "unknown_source": a source in `take` does not exist.
     """
     _refuse_unknown(candidates, take, log)
@@ -57,7 +70,7 @@ def choose(
             notes.append(f"{signal}: no valid sample in {silent}")
             continue
         try:
-            best = _named(numbered, signal, take, log) or _first(numbered, signal, log)
+            best = _named(numbered, signal, take, log) or _first(numbered, signal, log, candidates)
         except OncenterError as disagreement:
             if disagreement.code != DISAGREE or signal in _NEEDED:
                 raise
@@ -151,16 +164,22 @@ def _named(having: Sequence[Samples], signal: str, take: Mapping[str, str], log:
             code="missing_signal",
             needs=(signal,),
         )
-    return _first(matching, signal, log) if matching else None
+    return _first(matching, signal, log, having) if matching else None
 
 
-def _first(having: Sequence[Samples], signal: str, log: str) -> Samples:
+def _first(having: Sequence[Samples], signal: str, log: str, every: Sequence[Samples]) -> Samples:
+    """
+    Args:
+        every: sources of the signal, among which the one that the message proposes has to be unique.
+    """
     best = _best(having)
     for other in sorted(having, key=_order):
-        if other is not best and other.kind == best.kind and _disagree(best, other):
+        difference = _difference(best, other) if other is not best and other.rank == best.rank else None
+        if difference is not None:
+            choices = " or ".join(_quoted(f"{signal}={_unique(each, every)}") for each in (best, other))
             raise OncenterError(
-                f"{best.description} and {other.description} disagree about {signal} in {log}: "
-                f"choose one with --source {_quoted(f'{signal}={_short(best)}')}",
+                f"{best.description} and {other.description} disagree about {signal} in {log}, {difference}: "
+                f"choose one with --source {choices}",
                 code=DISAGREE,
                 needs=(signal,),
             )
@@ -174,8 +193,11 @@ def _best(having: Sequence[Samples]) -> Samples:
     return min(near, key=lambda samples: (_order(samples)[-1], *_order(samples)))
 
 
-def _short(samples: Samples) -> str:
-    return samples.description if samples.address is None else f"0x{samples.address:02X}"
+def _unique(samples: Samples, every: Sequence[Samples]) -> str:
+    """The shortest name in `take` that no other source has."""
+    address = [] if samples.address is None else [f"0x{samples.address:02X}"]
+    of = [one for one in every if one.signal == samples.signal]
+    return next((name for name in address if sum(_matches(one, name) for one in of) == 1), samples.description)
 
 
 def _quoted(pair: str) -> str:
@@ -183,17 +205,25 @@ def _quoted(pair: str) -> str:
     return f'"{pair}"' if " " in pair else pair
 
 
-def _disagree(one: Samples, other: Samples) -> bool:
-    """Whether the median difference at common times is larger than noise and bias."""
-    limit = _MATERIAL.get(SIGNALS[one.signal].quantity.unit)
+def _difference(one: Samples, other: Samples) -> str | None:
+    """The difference at common times in words, if it is larger than noise and zero errors; else None."""
+    quantity = SIGNALS[one.signal].quantity
     number = ~np.isnan(other.values)
     own = ~np.isnan(one.values)
-    if limit is None or number.sum() < 2 or own.sum() < 2:
-        return False
+    if quantity.unit not in _CONSTANT or number.sum() < 2 or own.sum() < 2:
+        return None
     time, values = other.time[number], other.values[number]
     both = own & (one.time >= time[0]) & (one.time <= time[-1])
     if not both.any():
-        return False
+        return None
     order = np.argsort(time, kind="stable")
     at = np.interp(one.time[both], time[order], values[order])
-    return bool(np.median(np.abs(one.values[both] - at)) > limit)
+    constant = float(np.median(one.values[both] - at))
+    single = float(np.median(np.abs(one.values[both] - at)))
+    if abs(constant) <= _CONSTANT[quantity.unit] and single <= _SINGLE[quantity.unit]:
+        return None
+    unit = shown_unit(quantity)
+    values_of = [float(np.median(given)) / quantity.factors[unit] for given in (one.values[both], at)]
+    by = (constant if abs(constant) > _CONSTANT[quantity.unit] else single) / quantity.factors[unit]
+    words = f" {in_words(unit)}".rstrip()
+    return f"by {abs(by):.2f}{words} (medians {values_of[0]:.2f} and {values_of[1]:.2f}{words})"

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from oncenter.errors import OncenterError
 from oncenter.read.frames import Column
 from oncenter.read.samples import Samples, steps_of
+from oncenter.read.units import TIME, unit_by_suffix
 from oncenter.read.wording import counted
 from oncenter.signals import SIGNALS
 
@@ -24,6 +25,10 @@ BRIDGE_PERIODS, BRIDGE_MIN_S = 2.5, 0.05  # maximum distance of two samples for 
 SLOWER = 0.75  # of a table's rate: at least every second cell of the column is then empty
 ON_TICK_S = 1e-6  # a sample this near to a tick is on it; epoch stamps resolve 0.24 us
 LATEST_S = 1e11  # year 5138: a larger stamp is not in seconds
+# Of a table. Cyclic messages in vehicles have periods from 1 ms; 20 Hz in minutes are 1200 Hz. Below, no steering is
+# resolved in any unit of the time.
+PLAUSIBLE_MAX_HZ, PLAUSIBLE_MIN_HZ = 1100.0, 0.5
+_USUAL_HZ = 100.0  # of logs
 BACKWARD_SHARE = 0.1  # of the steps; more mean that the column is not a time
 
 _SET_BY_RATE = ("steering_wheel_angle", "yaw_rate")
@@ -98,9 +103,11 @@ def _tick_rate(chosen: Sequence[Samples], log: str) -> float:
 def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
     """
     Raises:
-        OncenterError: a stamp is beyond `LATEST_S`, so it is in another unit, or damaged.
+        OncenterError: a stamp is beyond `LATEST_S`, or the rate of a table beyond `PLAUSIBLE_MAX_HZ` or below
+            `PLAUSIBLE_MIN_HZ`: its time is in another unit, or damaged.
     """
     for samples in _first_of_each_time(candidates):
+        _refuse_implausible_rate(samples, log)
         first, last = _ends(samples)
         farthest = max(abs(first), abs(last))
         if farthest > LATEST_S:
@@ -110,6 +117,31 @@ def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
                 code="time_out_of_range",
                 needs=("time",),
             )
+
+
+def _refuse_implausible_rate(samples: Samples, log: str) -> None:
+    """The rate of a table is a design choice, so an implausible one is that of a time in another unit."""
+    rate = 0.0 if samples.of_frames or samples.steps is None else samples.steps.rate_hz
+    if not rate or PLAUSIBLE_MIN_HZ <= rate <= PLAUSIBLE_MAX_HZ:
+        return
+    column = samples.time_description.removeprefix("column ")
+    now = unit_by_suffix(column, dict(TIME.factors)) or "s"
+    by_unit = {unit: rate * TIME.factors[now] / factor for unit, factor in TIME.factors.items()}
+    likely, hz = min(by_unit.items(), key=lambda pair: abs(math.log(pair[1] / _USUAL_HZ)))
+    if likely == now:
+        return
+    has = f"time of {samples.time_description} in {log} has {rate:,.6g} rows per second"
+    entry = f'time = {{ name = "{column}", unit = "{likely}" }}'
+    if rate < PLAUSIBLE_MIN_HZ:  # a telematics unit may record as slowly
+        why = f"{has}, at least {RECORDED_MIN_HZ:.0f} are needed: record faster, or if its unit is not {now} but"
+        raise OncenterError(
+            f"{why} {likely} ({hz:.4g} Hz), give it in [signals]: {entry}", code="time_out_of_range", needs=("time",)
+        )
+    raise OncenterError(
+        f"{has}, so its unit is not {now} but likely {likely} ({hz:.4g} Hz): give it in [signals]: {entry}",
+        code="time_out_of_range",
+        needs=("time",),
+    )
 
 
 def _ends(samples: Samples) -> tuple[float, float]:

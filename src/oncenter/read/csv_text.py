@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+import csv
 import gzip
 import io
 import re
@@ -53,6 +54,12 @@ def separator_of(text: bytes) -> str:
     """The column separator: the most frequent of , ; tab in the header."""
     header = text.split(b"\n", 1)[0]
     return max(",;\t", key=lambda mark: header.count(mark.encode()))
+
+
+def header_of(text: bytes, separator: str) -> list[str]:
+    """The names of the columns."""
+    header = text.split(b"\n", 1)[0].decode("utf-8", "replace")
+    return [name.strip() for name in next(csv.reader([header], delimiter=separator), [])]
 
 
 def with_header_as_long_as_rows(text: bytes, separator: str) -> bytes:

@@ -12,8 +12,9 @@ import polars as pl
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read.as_signals import as_signals
+from oncenter.read.identity import Identity, identity_of_columns
 from oncenter.read.samples import Samples
-from oncenter.read.tabular import columns_of, samples_of
+from oncenter.read.tabular import columns_of, parts_named, samples_of
 from oncenter.read.time_column import time_column
 from oncenter.signals import SignalName, Signals
 from oncenter.vehicle import Vehicle
@@ -38,18 +39,20 @@ def from_dataframe(frame: object, vehicle: Vehicle | None = None) -> Signals:
     """
     notes: list[str] = []
     try:
-        samples = samples_of_frame(frame, _NAME, {} if vehicle is None else vehicle.signal_names, notes)
+        samples, about = samples_of_frame(frame, _NAME, {} if vehicle is None else vehicle.signal_names, notes)
     except NoTable as wrong:
         raise OncenterError(f"from_dataframe: {wrong}", code="not_a_table", exit_code=WRONG_USAGE) from None
-    return as_signals(_NAME, samples, {}, notes)
+    return as_signals(_NAME, samples, {}, notes, about)
 
 
 class NoTable(Exception):
     """The object given is not a table; the text gives the reason in one line."""
 
 
-def samples_of_frame(frame: object, name: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """The signals of a table in memory.
+def samples_of_frame(
+    frame: object, name: Path, names: Mapping[str, SignalName], notes: list[str]
+) -> tuple[list[Samples], Identity]:
+    """The signals of a table in memory, and its truck.
 
     Args:
         frame: as for `from_dataframe`.
@@ -64,12 +67,14 @@ def samples_of_frame(frame: object, name: Path, names: Mapping[str, SignalName],
     by_name = _columns(frame)
     wanted = columns_of(name, list(by_name), names, {}, notes)
     when = time_column(name, list(by_name), names)
-    needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
+    parts = parts_named(name, list(by_name), names)
+    needed = dict.fromkeys([when, *(column for column, _, _ in wanted), *parts])
     series = [_series(column, by_name[column]()) for column in needed]
     if len({len(each) for each in series}) > 1:
         lengths = ", ".join(f"{each.name} {len(each)}" for each in series)
         raise NoTable(f"all columns must have the same length, got {lengths}")
-    return samples_of(name, pl.DataFrame(series), when, wanted, names, {}, notes)
+    about = identity_of_columns(name, list(by_name), lambda column: _series(column, by_name[column]()))
+    return samples_of(name, pl.DataFrame(series), when, wanted, names, {}, notes), about
 
 
 def _columns(frame: object) -> _Columns:

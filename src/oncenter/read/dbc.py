@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -18,6 +18,7 @@ from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read import j1939
 from oncenter.read.database_file import messages_of, printable
 from oncenter.read.frames import PGN_COUNT, Column, Frames, Kept, bus_name, pgn_of
+from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
 from oncenter.read.wording import ASSIGN_THEM
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
     from cantools.database.can import Message, Signal
 
 _LISTED_MAX = 12  # signals in an error message
+_ANY = (0xFE, 0xFF)  # source addresses in databases that mean any sender
+_PROPRIETARY = frozenset(
+    (0xEF00, 0x1EF00, *range(0xFF00, 0x10000), *range(0x1FF00, 0x20000))
+)  # PGNs, a layout a sender
 _NUMBER_MAX = 1e30  # of a scale or an offset
 
 _BY_SPN = {p.spn: (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
@@ -35,21 +40,35 @@ _BY_NAME = {p.name.lower(): (m, p) for m in j1939.MESSAGES.values() for p in m.p
 
 @dataclass(frozen=True)
 class Field:
-    """A database signal that oncenter uses, directly or as a J1939 parameter of which a signal is computed."""
+    """A database signal that oncenter uses, directly or as a J1939 parameter of which a signal is computed.
+
+    `plus` is added with its own factor; where `sign_by` is not zero, the value is negative.
+    """
 
     layout: Signal
     factor: float  # to SI with sign, or to the J1939 parameter's unit
     signal: str | None = None
     parameter: j1939.Parameter | None = None
     group: j1939.Message | None = None
+    plus: tuple[Signal, float] | None = None
+    sign_by: Signal | None = None
+
+    @property
+    def layouts(self) -> tuple[Signal, ...]:
+        return (self.layout, *(part for part in (self.plus and self.plus[0], self.sign_by) if part is not None))
 
 
 @dataclass(frozen=True)
 class Definition:
-    """A database message with at least one signal that oncenter uses."""
+    """A database message with at least one signal that oncenter uses.
+
+    `name` is the message's, with its identifier or its file where another definition has the same name.
+    """
 
     message: Message
     fields: tuple[Field, ...]
+    name: str
+    file: str
 
     @property
     def pgn(self) -> int | None:
@@ -76,7 +95,7 @@ def definitions(
         for message in messages:
             fields = [field for layout in message.signals for field in _fields(message, layout, names, notes)]
             if fields:
-                found.append(Definition(message, tuple(fields)))
+                found.append(Definition(message, tuple(fields), message.name, Path(path).name))
         if len(found) == before:
             notes.append(
                 f"no signal recognised in the database {Path(path).name}: it has {_signals_listed(messages)}; "
@@ -84,7 +103,33 @@ def definitions(
             )
     if paths:
         notes += _not_there(there, names, ", ".join(Path(path).name for path in paths))
-    return found
+    return _distinct(found)
+
+
+def _distinct(found: Sequence[Definition]) -> list[Definition]:
+    """The definitions with names by which a user can select one of them; of equal ones the first."""
+    once = {_content(each): each for each in reversed(found)}
+    named = [
+        replace(each, name=f"{each.name}-0x{each.message.frame_id:X}") if count > 1 else each
+        for each in reversed(once.values())
+        for count in [sum(other.name == each.name for other in once.values())]
+    ]
+    return [
+        replace(each, name=f"{each.name}-{each.file}") if count > 1 else each
+        for each in named
+        for count in [sum(other.name == each.name for other in named)]
+    ]
+
+
+def _content(definition: Definition) -> tuple[object, ...]:
+    """All that decoding depends on: cantools compares signals by identity."""
+    message = definition.message
+    layouts = [
+        (part.name, part.start, part.length, part.byte_order, part.is_signed, part.scale, part.offset, field.signal)
+        for field in definition.fields
+        for part in field.layouts
+    ]
+    return message.frame_id, message.is_extended_frame, definition.name, *layouts
 
 
 def _messages_of(path: Path) -> list[Message]:
@@ -124,16 +169,39 @@ def _signals_listed(messages: Sequence[Message]) -> str:
 def _fields(message: Message, layout: Signal, names: Mapping[str, SignalName], notes: list[str]) -> list[Field]:
     """The uses of a database signal; usually none."""
     by_names = [
-        Field(layout, entry.sign * factors(signal)[named_unit(signal, entry, factors(signal), layout.unit)], signal)
+        _named(message, layout, signal, entry)
         for signal, entry in names.items()
         if signal in SIGNALS and entry.name in (layout.name, f"{message.name}.{layout.name}")
     ]
     fields = by_names or _by_spn_or_name(layout, notes)
-    why = _impossible(layout, _selectors(message, layout)) if fields else None
-    if why is not None:
-        notes.append(f"{fields[0].signal or layout.name}: {message.name}.{layout.name} {why} and was left out")
-        return []
+    for part in (part for field in fields for part in field.layouts):
+        why = _impossible(part, _selectors(message, part))
+        if why is not None:
+            notes.append(f"{fields[0].signal or layout.name}: {message.name}.{part.name} {why} and was left out")
+            return []
     return fields
+
+
+def _named(message: Message, layout: Signal, signal: str, entry: SignalName) -> Field:
+    """The use of a database signal by its `[signals]` entry, with its other parts.
+
+    Raises:
+        OncenterError: "missing_part": its message does not have one of them.
+    """
+    known = factors(signal)
+    unit = named_unit(signal, entry, known, layout.unit)
+    by_name = {name: each for each in message.signals for name in (each.name, f"{message.name}.{each.name}")}
+    for key, name in parts_of(entry).items():
+        if name not in by_name:
+            there = [f"{message.name}.{each.name}" for each in message.signals]
+            raise missing_part(signal, key, name, f"message {message.name} of the database", there)
+    plus = None
+    if entry.plus is not None:
+        part = by_name[entry.plus]
+        own = unit_of_plus(signal, entry, unit, part.unit or "", layout.unit or "", known)
+        plus = part, entry.sign * known[own]
+    sign_by = None if entry.sign_by is None else by_name[entry.sign_by]
+    return Field(layout, entry.sign * known[unit], signal, plus=plus, sign_by=sign_by)
 
 
 def _impossible(layout: Signal, selectors: Sequence[Signal] | None) -> str | None:
@@ -228,18 +296,19 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
     given = []
     for source, bus in sorted(set(zip(address.tolist(), frames.bus.tolist(), strict=True))):
         on_bus = frames.where((address == source) & (frames.bus == bus))
-        where = f"from 0x{source:02X}" if message.is_extended_frame else f"(0x{message.frame_id:X})"
         several = len(np.unique(frames.bus[address == source])) > 1
-        description = f"{message.name} {where}" + (f" on {bus_name(bus)}" if several else "")
-        labels = (message.name.lower(), f"0x{source:02x}", bus_name(bus).lower())
+        description = _sender(definition, source) + (f" on {bus_name(bus)}" if several else "")
+        label = f"0x{source if message.is_extended_frame else message.frame_id:02x}"
+        labels = (message.name.lower(), label, bus_name(bus).lower(), definition.name.lower())
+        farther = int(_is_of_another_sender(definition, source) and definition.pgn in _PROPRIETARY)
         given += [
             Samples(
                 signal,
                 time,
                 values,
-                message.name,
+                definition.name,
                 description,
-                rank,
+                rank + farther,
                 source if message.is_extended_frame else None,
                 labels,
                 of_frames=True,
@@ -249,15 +318,29 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
     return given
 
 
+def _is_of_another_sender(definition: Definition, source: int) -> bool:
+    """Whether the database describes the message for another source address, and not for any."""
+    return definition.message.is_extended_frame and definition.message.frame_id & 0xFF not in (source, *_ANY)
+
+
+def _sender(definition: Definition, source: int) -> str:
+    """The message and its sender; the name of a message often names the control unit that it is described for."""
+    if not definition.message.is_extended_frame:
+        return f"{definition.name} (0x{definition.message.frame_id:X})"
+    if _is_of_another_sender(definition, source):
+        return f"PGN {definition.pgn} from 0x{source:02X} (as {definition.name})"
+    return f"{definition.name} from 0x{source:02X}"
+
+
 def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, Column, int]]:
     """Signals of one source: name, time, values in SI, and rank. Signals named in `[signals]` rank first."""
     message, direct = definition.message, []
     for field in definition.fields:
         if field.signal is not None:
-            having = frames.where(_has(message, field.layout, frames))
+            having = frames.where(np.all([_has(message, part, frames) for part in field.layouts], axis=0))
             if not len(having):  # its multiplexer never selects it
                 continue
-            direct.append((field.signal, having.time, decode(field.layout, having) * field.factor, -1))
+            direct.append((field.signal, having.time, _whole(field, having), -1))
     groups: dict[int, dict[int, Column]] = {}
     for field in definition.fields:
         if field.parameter is not None and field.group is not None:
@@ -269,6 +352,13 @@ def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, C
         for pgn, by_spn in groups.items()
         for signal, values in j1939.signals_of(j1939.MESSAGES[pgn], by_spn).items()
     ]
+
+
+def _whole(field: Field, frames: Frames) -> Column:
+    """A field's values in SI, from all its parts."""
+    plus = None if field.plus is None else decode(field.plus[0], frames) * field.plus[1]
+    sign = None if field.sign_by is None else decode(field.sign_by, frames)
+    return combined(decode(field.layout, frames) * field.factor, plus, sign)
 
 
 def _has(message: Message, layout: Signal, frames: Frames) -> npt.NDArray[np.bool_]:

@@ -20,6 +20,7 @@ def wanted_by(described: Sequence[databases.Definition]) -> Wanted:
 def decode(kept: Kept, described: Sequence[databases.Definition], decoded: Sequence[Samples] = ()) -> list[Samples]:
     """Every signal of every source in frames; `decoded` are samples from channels of the same log."""
     by_dbc = databases.samples(kept, described)
-    described_signals = {(samples.signal, samples.kind) for samples in by_dbc}
+    replaced = {each.name: j1939.MESSAGES[each.pgn].name for each in described if each.pgn in j1939.MESSAGES}
+    described_signals = {(samples.signal, replaced.get(samples.kind, samples.kind)) for samples in by_dbc}
     known = [samples for samples in j1939.samples(kept) if (samples.signal, samples.kind) not in described_signals]
     return [*by_dbc, *decoded, *known]

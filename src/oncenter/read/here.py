@@ -17,6 +17,8 @@ from oncenter.read.cut_off import short_frames_notes
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Kept, keep, with_groups
 from oncenter.read.frames_of_log import frames_of_log
+from oncenter.read.identity import NOT_STATED, Identity
+from oncenter.read.mdf_comment import vin_in_header
 from oncenter.read.plugins import known_format, plugin_for, read_plugin
 from oncenter.read.samples import Samples
 from oncenter.read.wording import cannot_read
@@ -37,19 +39,21 @@ def read_here(
     """
     plugin = plugin_for(path)
     notes: list[str] = []
-    vin: str | None = None
+    about = NOT_STATED
     before = path.stat()
     progress(0.0)
     if plugin is not None:
-        candidates = read_plugin(path, plugin, names, notes)
+        candidates, about = read_plugin(path, plugin, names, notes)
     else:
         log_format = known_format(Path(OF_BAGS[0]) if is_bag_folder(path) else path)
         if log_format.suffixes[0] in OF_FRAMES:
-            candidates, vin = _from_bus(path, log_format, names, dbc, notes, progress)
+            candidates, about = _from_bus(path, log_format, names, dbc, notes, progress)
+        elif log_format.content == "columns":
+            candidates, about = imported(log_format.reader)(path, names, notes)
         else:
             candidates = imported(log_format.reader)(path, names, notes)
     _note_a_change(path, before, notes)
-    signals = as_signals(path, candidates, take, notes, vin)
+    signals = as_signals(path, candidates, take, notes, about)
     progress(1.0)
     return signals
 
@@ -79,8 +83,8 @@ def _from_bus(
     dbc: Sequence[str | os.PathLike[str]],
     notes: list[str],
     progress: Callable[[float], None],
-) -> tuple[list[Samples], str | None]:
-    """Signals of a log of frames, and its VIN. A database replaces the J1939 layout of the messages it describes."""
+) -> tuple[list[Samples], Identity]:
+    """Signals of a log of frames, and its truck. A database replaces the J1939 layout of the messages it describes."""
     described = databases.definitions(dbc, names, notes)
     wanted = wanted_by(described)
     others = identity.PGNS - wanted.pgns
@@ -91,14 +95,14 @@ def _from_bus(
     else:
         kept, decoded = imported(log_format.reader)(path, names, both, notes, progress)
     of_truck = with_groups(kept.frames, identity.PGNS)
-    vin = identity.assembled((kept.frames.where(of_truck),))
+    vin = identity.assembled((kept.frames.where(of_truck),)) or vin_in_header(path)
     if others:
         kept = replace(kept, frames=kept.frames.where(~with_groups(kept.frames, others)))
     notes += short_frames_notes(kept.frames, path.name)
     candidates = decode(kept, described, decoded)
     if not candidates:
         raise _no_signal_recognised(path, log_format, kept, described, notes)
-    return candidates, vin
+    return candidates, Identity(vin)
 
 
 def _no_signal_recognised(

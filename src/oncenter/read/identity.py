@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,9 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from oncenter.errors import OncenterError
-from oncenter.files.log_formats import OF_FRAMES
-from oncenter.read.frames import Frames, Wanted, pgn_of, with_groups
-from oncenter.read.frames_of_log import frames_of_log
+from oncenter.read.frames import Frames, pgn_of, with_groups
 
 if TYPE_CHECKING:
     import polars as pl
@@ -22,69 +21,61 @@ _CONNECTION, _TRANSFER = 0xEC00, 0xEB00  # J1939-21's transport protocol
 _ANNOUNCED = (0x20, 0x10)  # control bytes of a broadcast and of a request to send to one address
 _PER_PACKET = 7  # bytes
 PGNS = frozenset((_VEHICLE_IDENTIFICATION, _CONNECTION, _TRANSFER))
-_OF_COLUMNS = (".csv", ".csv.gz", ".parquet")
+_VIN_NAME = "vin"
 _START_NAMES = ("start_time", "start_time_s")
 
 
-def vin_of(path: Path) -> str | None:
-    """The vehicle identification number in a log; None without one, or if the log cannot be read.
+@dataclass(frozen=True)
+class Identity:
+    """The truck of a log, and the begin of its drive in s since 1970 where the log states it beside its time."""
 
-    Frames: from VI, PGN 65260, in one frame or in packets. Parquet: metadata `vin` or column `vin`. CSV: column `vin`.
+    vin: str | None = None
+    start_s: float | None = None
+
+
+NOT_STATED = Identity()
+
+
+def identity_of_columns(path: Path, columns: Sequence[str], content: Callable[[str], pl.Series]) -> Identity:
+    """The identity in columns `vin` and `start_time`, of any case: of each the first cell that is not empty.
+
+    Raises:
+        OncenterError: "different_trucks": the column has two VINs.
     """
-    name = path.name.lower()
+    by_name = {name.strip().lower(): name for name in reversed(columns)}
+    vin = None
+    if _VIN_NAME in by_name:
+        vins = {_plain(str(cell)) for cell in content(by_name[_VIN_NAME]).drop_nulls().unique()} - {None}
+        if len(vins) > 1:
+            raise OncenterError(
+                f"{path.name} has rows of different trucks: VIN {', '.join(sorted(filter(None, vins))[:3])}; split "
+                f"it by column {by_name[_VIN_NAME]}",
+                code="different_trucks",
+            )
+        vin = next(iter(vins), None)
+    start = next((by_name[name] for name in _START_NAMES if name in by_name), None)
+    cells = [] if start is None else content(start).drop_nulls().head(1).to_list()
+    return Identity(vin, _seconds(str(cells[0])) if cells else None)
+
+
+def identity_of_metadata(metadata: Mapping[str, str], otherwise: Identity) -> Identity:
+    """The identity in a file's metadata; each part that it lacks from `otherwise`."""
+    by_name = {name.strip().lower(): text for name, text in metadata.items()}
+    start = next((by_name[name] for name in _START_NAMES if by_name.get(name)), "")
+    return Identity(_plain(by_name.get(_VIN_NAME)) or otherwise.vin, _seconds(start) or otherwise.start_s)
+
+
+def _seconds(stated: str) -> float | None:
+    """Seconds since 1970 of a number or an ISO date; None of anything else."""
     try:
-        if name.endswith(_OF_COLUMNS):
-            return _plain(_stated(path, ("vin", "VIN")))
-        if not name.endswith(OF_FRAMES):
-            return None
-        return assembled(frames_of_log(path, [], lambda fraction: None, Wanted(PGNS)))
-    except (OncenterError, OSError, ValueError):
-        return None  # reading its signals reports the error
-
-
-def start_of(path: Path) -> float | None:
-    """Start of a table in seconds since 1970, from its metadata or column `start_time`; None without one.
-
-    It may be an ISO date (UTC if it names no zone), or seconds since 1970.
-    """
-    if not path.name.lower().endswith(_OF_COLUMNS):
-        return None
+        return float(stated)
+    except ValueError:
+        pass
     try:
-        stated = _stated(path, _START_NAMES)
-        if stated is None:
-            return None
-        try:
-            return float(stated)
-        except ValueError:
-            given = datetime.fromisoformat(stated)
-            return (given if given.tzinfo else given.replace(tzinfo=UTC)).timestamp()
-    except (OSError, ValueError):
+        given = datetime.fromisoformat(stated.strip())
+        return (given if given.tzinfo else given.replace(tzinfo=UTC)).timestamp()
+    except (ValueError, OverflowError):
         return None
-
-
-def _stated(path: Path, names: tuple[str, ...]) -> str | None:
-    """A value from a table's metadata, or from the first cell of a column; None if the table cannot be read."""
-    import polars as pl  # late import: frames do not need it
-
-    from oncenter.read.tabular import for_polars
-
-    source = for_polars(path)
-    try:
-        if path.suffix.lower() != ".parquet":
-            return _first_cell(pl.read_csv(source, n_rows=1, infer_schema=False), names)
-        metadata: Mapping[str, str] = pl.read_parquet_metadata(source)
-        for name in names:
-            if metadata.get(name):
-                return metadata[name]
-        columns = [name for name in names if name in pl.read_parquet_schema(source)]
-        return _first_cell(pl.read_parquet(source, columns=columns, n_rows=1), names) if columns else None
-    except pl.exceptions.PolarsError:
-        return None
-
-
-def _first_cell(table: pl.DataFrame, names: tuple[str, ...]) -> str | None:
-    cells = [table[name][0] for name in names if name in table.columns and table.height]
-    return None if not cells or cells[0] is None else str(cells[0]).strip() or None
 
 
 def assembled(chunks: Iterable[Frames]) -> str | None:

@@ -19,7 +19,7 @@ import polars as pl
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.regular_file import open_regular_file
-from oncenter.read.channels import Channel, NoSamples, no_signal_recognised, not_there, samples_of
+from oncenter.read.channels import Channel, NoSamples, no_signal_recognised, not_there, samples_of, with_parts
 from oncenter.read.frames import Column
 from oncenter.read.mat_values import Budget, Opaque, Value
 from oncenter.read.samples import Samples
@@ -45,7 +45,7 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
     """
     variables = _variables(path)
     objects = sorted({value.kind for value in _every(variables) if isinstance(value, Opaque)})
-    channels = list(_Walk(path, names).channels("", variables, None))
+    channels = with_parts(path, list(_Walk(path, names).channels("", variables, None)), names)
     if not channels:
         raise _without_channels(path, variables, objects, names)
     given = [samples for channel in channels for samples in samples_of(channel, names, notes)]

@@ -27,7 +27,7 @@ import numpy.typing as npt
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.read import j1939
-from oncenter.read.channels import Channel, NoSamples, samples, samples_of
+from oncenter.read.channels import Channel, NoSamples, samples, samples_of, with_parts
 from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
 from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Column, Frames, Kept, Wanted, bus_code, keep
@@ -323,8 +323,9 @@ def _decoded(log: _Log, names: Mapping[str, SignalName], notes: list[str]) -> li
         reader = _Group(log, group)
         if not reader.label and any(count[name] > 1 for name in channels[1:]):
             reader.label = f"group {group}"  # distinguishes its channels from others with the same name
-        for index, name in enumerate(channels):
-            given += samples_of(Channel(name, reader.label, partial(reader.content, index)), names, notes)
+        of_group = [Channel(name, reader.label, partial(reader.content, k)) for k, name in enumerate(channels)]
+        for channel in with_parts(log.path, of_group, names):
+            given += samples_of(channel, names, notes)
         given += _j1939_channels(reader, channels, names, notes)
     return given
 

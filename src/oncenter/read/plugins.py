@@ -19,6 +19,7 @@ from oncenter.signals import SignalName
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
+    from oncenter.read.identity import Identity
     from oncenter.read.samples import Samples
 
 GROUP = "oncenter.readers"
@@ -63,8 +64,10 @@ def known_format(path: Path) -> Format:
     )
 
 
-def read_plugin(path: Path, plugin: EntryPoint, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """Signals of a log that a plug-in reads, by the rules for CSV files.
+def read_plugin(
+    path: Path, plugin: EntryPoint, names: Mapping[str, SignalName], notes: list[str]
+) -> tuple[list[Samples], Identity]:
+    """Signals of a log that a plug-in reads, and its truck, by the rules for CSV files.
 
     Raises:
         OncenterError: "plugin_failed": it raised, or returned no table; else as `oncenter.read` of a CSV file.

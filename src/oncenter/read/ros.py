@@ -23,8 +23,17 @@ import numpy as np
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.folder import BAG_PARTS
-from oncenter.read.channels import Channel, NoSamples, is_wanted, no_signal_recognised, not_there, samples_of
+from oncenter.read.channels import (
+    Channel,
+    NoSamples,
+    is_wanted,
+    no_signal_recognised,
+    not_there,
+    samples_of,
+    with_parts,
+)
 from oncenter.read.frames import Column
+from oncenter.read.parts import parts_of
 from oncenter.read.ros_messages import Field, Layout, NotDecoded, Types
 from oncenter.read.samples import Samples
 from oncenter.read.wording import counted, damaged, reason_of
@@ -76,10 +85,12 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
         if topic.damaged:
             notes.append(f"left out {counted(topic.damaged, 'damaged message')} of {topic.name} in {path.name}")
         clocks.append((clock, topic.name))
-        for place, each in enumerate(fields):
-            content = partial(_content, time, columns, place, each.unit)
-            channel = Channel(each.path, topic.name, content, "field", f"{clock} of {topic.name}")
-            given += samples_of(channel, names, notes)
+        channels = [
+            Channel(each.path, topic.name, partial(_content, time, columns, place, each.unit), "field", stamps)
+            for stamps in [f"{clock} of {topic.name}"]
+            for place, each in enumerate(fields)
+        ]
+        given += [one for channel in with_parts(path, channels, names) for one in samples_of(channel, names, notes)]
     missing = _not_there(every, taken, wanted, topics, names)
     if not given:
         raise no_signal_recognised(path, every, names, "field", [*notes, *missing])
@@ -101,8 +112,8 @@ def _wanted_fields(topic: _Topic, names: Mapping[str, SignalName]) -> list[Field
         return []
     fields = [each for each in topic.layout.fields if is_wanted(Channel(each.path, topic.name, _never), names)]
     paths = {each.path for each in fields}
-    for entry in names.values():
-        path = entry.name.removeprefix(f"{topic.name}.")
+    for name in (name for entry in names.values() for name in (entry.name, *parts_of(entry).values())):
+        path = name.removeprefix(f"{topic.name}.")
         if path not in paths and topic.layout.has(path):
             paths.add(path)
             fields.append(Field(path, ""))

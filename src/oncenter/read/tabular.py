@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
+from oncenter.files.own_file import refuse_own_table
 from oncenter.nearest_name import did_you_mean
 from oncenter.read.csv_text import (
     csv_text,
+    header_of,
     separator_of,
     too_long_row,
     whole_rows,
     with_header_as_long_as_rows,
     without_cut_off_row,
 )
+from oncenter.read.frames import Column
+from oncenter.read.identity import Identity, identity_of_columns, identity_of_metadata
 from oncenter.read.numbers import in_si, numbers
+from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.samples import Samples, steps_of
+from oncenter.read.table_of_frames import refuse_frames
 from oncenter.read.time_column import seconds, time_column
 from oncenter.read.units import (
     NOMINAL_WHEEL_RADIUS_M,
@@ -39,10 +46,35 @@ _SECOND = "_duplicated_0"  # polars' suffix for a repeated column name
 Wanted = tuple[str, str, float]  # column, signal, factor to SI with sign
 
 
-def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """Signals of a `.csv` or `.csv.gz`: separators , ; tab; decimal commas only with ; or tab."""
+@dataclass(frozen=True)
+class Table:
+    """A CSV file: its rows as text, units by column (empty without a row of units), and its truck."""
+
+    frame: pl.DataFrame
+    units: Mapping[str, str]
+    identity: Identity
+
+
+def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> tuple[list[Samples], Identity]:
+    """Signals of a `.csv` or `.csv.gz`, and its truck."""
+    table = csv_table(path, notes)
+    columns = table.frame.columns
+    wanted = columns_of(path, columns, names, table.units, notes)
+    when = time_column(path, columns, names)
+    return samples_of(path, table.frame, when, wanted, names, table.units, notes), table.identity
+
+
+def csv_table(path: Path, notes: list[str]) -> Table:
+    """A `.csv` or `.csv.gz`: separators , ; tab; decimal commas only with ; or tab.
+
+    Raises:
+        OncenterError: it cannot be read, has rows of two trucks, or "not_a_log".
+    """
     text = csv_text(path)
     separator = separator_of(text)
+    header = header_of(text, separator)
+    refuse_own_table(path, header)
+    refuse_frames(path, header)
     text = with_header_as_long_as_rows(text, separator)
     text = without_cut_off_row(path, text, separator, notes)
     try:
@@ -54,22 +86,59 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> l
     frame, units = _without_units_row(frame)
     if separator != ",":
         frame = _with_decimal_points(frame)
-    wanted = columns_of(path, frame.columns, names, units, notes)
-    return samples_of(path, frame, time_column(path, frame.columns, names), wanted, names, units, notes)
+    return Table(frame, units, identity_of_columns(path, frame.columns, frame.get_column))
 
 
-def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """Signals of a `.parquet`."""
+def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> tuple[list[Samples], Identity]:
+    """Signals of a `.parquet`, and its truck."""
+    table, columns, identity = _opened_parquet(path)
+    wanted = columns_of(path, columns, names, {}, notes)
+    when = time_column(path, columns, names)
+    needed = dict.fromkeys([when, *(column for column, _, _ in wanted), *parts_named(path, columns, names)])
     try:
-        table = pl.scan_parquet(for_polars(path), glob=False)  # opened once for both its schema and its columns
-        columns = list(table.collect_schema())
-        wanted = columns_of(path, columns, names, {}, notes)
-        when = time_column(path, columns, names)
-        needed = dict.fromkeys([when, *(column for column, _, _ in wanted)])
         frame = table.select(*needed).collect()
     except _POLARS_ERRORS as error:
         raise damaged(path.name, reason_of(error)) from error
-    return samples_of(path, frame, when, wanted, names, {}, notes)
+    return samples_of(path, frame, when, wanted, names, {}, notes), identity
+
+
+def column_units(path: Path) -> dict[str, str]:
+    """The unit of each column by a row of units, else ""; empty for a file that is neither CSV nor Parquet.
+
+    Raises:
+        OncenterError: as `read_csv` and `read_parquet`.
+    """
+    name = path.name.lower()
+    if name.endswith(".parquet"):
+        return dict.fromkeys(_opened_parquet(path)[1], "")
+    if not name.endswith((".csv", ".csv.gz")):
+        return {}
+    table = csv_table(path, [])
+    return {column: table.units.get(column, "") for column in table.frame.columns}
+
+
+def identity_of_table(path: Path) -> Identity:
+    """The truck of a CSV or Parquet file, by the parser of its signals.
+
+    Raises:
+        OncenterError: as `read_csv` and `read_parquet`.
+    """
+    return _opened_parquet(path)[2] if path.name.lower().endswith(".parquet") else csv_table(path, []).identity
+
+
+def _opened_parquet(path: Path) -> tuple[pl.LazyFrame, list[str], Identity]:
+    """A Parquet file, not yet read: its columns, and its truck by metadata, else by columns."""
+    source = for_polars(path)
+    try:
+        table = pl.scan_parquet(source, glob=False)  # opened once for both its schema and its columns
+        columns = list(table.collect_schema())
+        metadata = pl.read_parquet_metadata(source)
+        refuse_own_table(path, columns, metadata)
+        refuse_frames(path, columns)
+        in_columns = identity_of_columns(path, columns, lambda name: table.select(name).collect().to_series())
+    except _POLARS_ERRORS as error:
+        raise damaged(path.name, reason_of(error)) from error
+    return table, columns, identity_of_metadata(metadata, in_columns)
 
 
 def for_polars(path: Path) -> Path | bytes:
@@ -130,7 +199,7 @@ def samples_of(
     notes: list[str],
 ) -> list[Samples]:
     """Columns in SI."""
-    for column in (when, *(column for column, _, _ in wanted)):
+    for column in (when, *(column for column, _, _ in wanted), *parts_named(path, frame.columns, names)):
         if column + _SECOND in frame.columns:
             raise OncenterError(
                 f"two columns of {path.name} are called {column}: rename or delete one", code="ambiguous_column"
@@ -148,8 +217,11 @@ def samples_of(
     steps = steps_of(time)
     given = []
     for column, signal, factor in wanted:
-        values = numbers(path, frame[column])
-        values = in_si(values[stamped] if empty else values, factor)
+        values = in_si(numbers(path, frame[column]), factor)
+        entry = names.get(signal)
+        if entry is not None and entry.name == column and parts_of(entry):
+            values = _whole(path, frame, values, signal, entry, factor, units)
+        values = values[stamped] if empty else values
         finite = np.isfinite(values)
         complete = bool(finite.all())
         if not complete:
@@ -171,6 +243,43 @@ def samples_of(
             )
         )
     return given
+
+
+def _whole(
+    path: Path,
+    frame: pl.DataFrame,
+    values: Column,
+    signal: str,
+    entry: SignalName,
+    factor: float,
+    units: Mapping[str, str],
+) -> Column:
+    """A column in SI with its other parts, of which `factor` is that of the column."""
+    known = factors(signal)
+    plus = sign = None
+    if entry.plus is not None:
+        unit = named_unit(signal, entry, known, units.get(entry.name))
+        written = units.get(entry.plus, "") or unit_by_suffix(entry.plus, known) or ""
+        own = unit_of_plus(signal, entry, unit, written, units.get(entry.name, ""), known)
+        plus = in_si(numbers(path, frame[entry.plus]), entry.sign * known[own])
+    if entry.sign_by is not None:
+        sign = numbers(path, frame[entry.sign_by])
+    return combined(values, plus, sign)
+
+
+def parts_named(path: Path, columns: Sequence[str], names: Mapping[str, SignalName]) -> list[str]:
+    """The columns of further parts that `[signals]` names.
+
+    Raises:
+        OncenterError: "missing_part": the table does not have one of them.
+    """
+    found = []
+    for signal, entry in names.items():
+        for key, name in parts_of(entry).items() if entry.name in columns else ():
+            if name not in columns:
+                raise missing_part(signal, key, name, path.name, columns)
+            found.append(name)
+    return found
 
 
 def _has_content(frame: pl.DataFrame) -> list[pl.Expr]:

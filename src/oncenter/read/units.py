@@ -7,7 +7,7 @@ import re
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import PURE_NUMBER, SIGNALS, Quantity, SignalName
 
-TIME = Quantity("s", {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
+TIME = Quantity("s", {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "d": 86400.0})
 
 NOMINAL_WHEEL_RADIUS_M = 0.5  # rolling radius of a 295/80 R22.5 tyre, rounded
 
@@ -49,6 +49,12 @@ _SPELLINGS = {
     "µs": "us",
     "sec": "s",
     "seconds": "s",
+    "minute": "min",
+    "minutes": "min",
+    "hour": "h",
+    "hours": "h",
+    "day": "d",
+    "days": "d",
     "": "1",
     "-": "1",
 }

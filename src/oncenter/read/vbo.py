@@ -17,6 +17,7 @@ import polars as pl
 
 from oncenter.errors import OncenterError
 from oncenter.read.cut_off import CutOff
+from oncenter.read.identity import Identity, identity_of_columns
 from oncenter.read.numbers import numbers
 from oncenter.read.samples import Samples
 from oncenter.read.tabular import columns_of, samples_of
@@ -95,8 +96,8 @@ class _File:
     midnight_s: float = 0.0  # since 1970, of the day on which the file was made
 
 
-def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
-    """Signals of a `.vbo`: standard channels by name, all others by `[signals]`.
+def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> tuple[list[Samples], Identity]:
+    """Signals of a `.vbo`, and its truck: standard channels by name, all others by `[signals]`.
 
     Raises:
         OncenterError: it is not a .vbo file, has no rows, or as for a CSV file.
@@ -108,7 +109,8 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
     named = {signal: _with_unit(entry, units) for signal, entry in names.items() if signal != "time"}
     frame = _with_known(path, frame, file, units, named, notes)
     wanted = columns_of(path, frame.columns, named, {}, notes)
-    return samples_of(path, frame, _TIME, wanted, named, {}, notes)
+    about = identity_of_columns(path, frame.columns, frame.get_column)
+    return samples_of(path, frame, _TIME, wanted, named, {}, notes), about
 
 
 def _with_unit(entry: SignalName, units: Mapping[str, str]) -> SignalName:

@@ -7,7 +7,8 @@ from pathlib import Path
 from oncenter.errors import OncenterError
 
 # What a message says about a log whose signals have other names; it follows a list of the names.
-ASSIGN_THEM = "assign them in the [signals] table of a vehicle file (oncenter vehicle new truck.toml writes one)"
+ASSIGN_THEM = "assign them in the [signals] table of a vehicle file"
+FOUND = "found: "  # before the signals that a log has, where others are missing
 
 
 def cannot_read(path: Path, error: Exception) -> OncenterError:

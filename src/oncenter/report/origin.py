@@ -6,11 +6,8 @@ import getpass
 import time
 from dataclasses import dataclass
 from datetime import datetime
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from oncenter.memory.log import start_in_log
-from oncenter.read.identity import vin_of
 from oncenter.utc import utc
 
 if TYPE_CHECKING:
@@ -30,30 +27,17 @@ class Origin:
 
 
 def origin_of(drives: Sequence[Signals]) -> Origin:
-    """The origin of drives, from the file `log` where the signals table has no VIN or start; now, by this user."""
-    vins = (drive.vin or _vin_in_file(drive.log) for drive in drives)
+    """The origin of drives; now, by this user."""
+    vins = (drive.vin for drive in drives)
     starts = [start for start in map(_start, drives) if start is not None]
     return Origin(next(filter(None, vins), None), min(starts, default=None), _user(), utc(time.time()))
 
 
-def _vin_in_file(log: str) -> str | None:
-    """The VIN in a table, whose signals are read without it; frames have given theirs."""
-    path = _file(log)
-    return None if path is None or not path.name.lower().endswith((".parquet", ".csv", ".csv.gz")) else vin_of(path)
-
-
 def _start(drive: Signals) -> datetime | None:
-    seconds = start_in_log(drive, _file(drive.log))
+    seconds = drive.begin_s
     try:
         return None if seconds is None else utc(seconds)
     except OverflowError:
-        return None
-
-
-def _file(log: str) -> Path | None:
-    try:
-        return Path(log) if Path(log).is_file() else None
-    except (OSError, ValueError):  # the name of a table in memory may be no path
         return None
 
 

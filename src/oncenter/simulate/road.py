@@ -180,7 +180,7 @@ def _read_csv(file: Path) -> list[Array]:
     if not file.is_file():  # polars would read all files of a folder
         raise _refusal(file, "cannot be read: there is no such file")
     try:
-        table = pl.read_csv(file, schema_overrides=dict.fromkeys(_CSV_COLUMNS, pl.Float64))
+        table = pl.read_csv(file.read_bytes(), schema_overrides=dict.fromkeys(_CSV_COLUMNS, pl.Float64))
     except OSError as error:
         raise _refusal(file, f"cannot be read: {error.strerror or error}") from None
     except pl.exceptions.PolarsError as error:

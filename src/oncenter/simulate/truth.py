@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from oncenter.files.own_file import metadata
 from oncenter.files.whole_file import whole_file, write_whole
 from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
@@ -46,6 +47,7 @@ _COLUMNS = {
 }
 _MOTOR_COLUMNS = {"place_in_lash": "place_in_lash", "motor_carries": "motor_carries"}
 
+SCHEMA = "oncenter/truth-1"  # of the summary
 _UNITS_IN_FILES = {
     "rad": ("deg", DEGREE),
     "rad_s": ("deg_s", DEGREE),
@@ -170,7 +172,7 @@ def write_truth(truth: Truth, table: Path, summary: Path) -> None:
         OncenterError: "output", exit code 2: one of them cannot be written.
     """
     with whole_file(table) as unfinished:
-        truth.table.write_parquet(unfinished)
+        truth.table.write_parquet(unfinished, metadata=metadata("truth"))
     values = {
         "offset_deg": truth.offset_rad / DEGREE,
         "understeer_gradient_deg_m_s2": truth.understeer_gradient / DEGREE,
@@ -193,7 +195,7 @@ def write_truth(truth: Truth, table: Path, summary: Path) -> None:
         values["torsion_bar_deg"] = truth.torsion_bar_rad / DEGREE
     if truth.patch_understeer_gradient is not None:
         values["patch_understeer_gradient_deg_m_s2"] = truth.patch_understeer_gradient / DEGREE
-    lines = [f"scenario = {json.dumps(truth.scenario)}", f"seed = {truth.seed}"]
+    lines = [f'schema = "{SCHEMA}"', f"scenario = {json.dumps(truth.scenario)}", f"seed = {truth.seed}"]
     lines += [f"{name} = {_number(value)}" for name, value in values.items()]
     for fault in truth.faults:
         lines += ["", "[[faults]]", *_fault_lines(fault)]

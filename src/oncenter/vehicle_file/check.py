@@ -67,7 +67,8 @@ def _given(truck: Vehicle) -> Iterator[tuple[str, str]]:
     for signal, entry in truck.signals.items():
         yield (
             f"signals.{signal}",
-            f"{entry.name}{f' in {entry.unit}' if entry.unit else ''}"
+            f"{entry.name}{f' plus {entry.plus}' if entry.plus else ''}{f' in {entry.unit}' if entry.unit else ''}"
+            + (f", sign by {entry.sign_by}" if entry.sign_by else "")
             + (", right is positive" if entry.sign == -1 else ""),
         )
 

@@ -55,9 +55,9 @@ def proposals_for(
     Raises:
         OncenterError: a file cannot be read.
     """
-    from oncenter.read.column_names import column_names
+    from oncenter.read.tabular import column_units
 
-    columns = {} if log is None else column_names(log)
+    columns = {} if log is None else column_units(log)
     log_name = "" if log is None else log.name
     there = [Named(name, unit, file=log_name) for name, unit in columns.items()]
     for path in databases:

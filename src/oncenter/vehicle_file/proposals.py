@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from oncenter.read.parts import parts_of
 from oncenter.read.units import factors, is_unit, unit_by_suffix, unit_key
 from oncenter.signals import SignalName
 
@@ -19,7 +20,7 @@ _PATTERNS: Mapping[str, tuple[str, ...]] = {
         r"\b(st\w*|lenk\w*) ?(wheel|whl|rad|w)\w* ?(ang|winkel)",
         r"\b(st|str|steer|steering|lenk|sas|eps) ?(ang|winkel)|\b(swa|lrw|lws)\b",
     ),
-    "yaw_rate": (r"\b(yaw|gier) ?(rate|rt|vel|geschw)|\bpsi ?(p|dot)\b", r"\b(yaw|gier)"),
+    "yaw_rate": (r"\b(yaw|gier) ?(rate|rt|vel|geschw)|\bpsi ?(p|dot)\b", r"\b(yaw|gier)", r"\bgyro( z)?\b"),
     "vehicle_speed": (
         r"\b(veh|vehicle|fzg|fahrzeug|ego|car|truck|wheel based vehicle) ?(spd|speed|vel|geschw|v)",
         r"\b(ground|tachograph|gps|gnss) ?(vehicle )?(spd|speed)",
@@ -41,9 +42,10 @@ _USUAL_UNITS = ("deg", "deg_s", "km_h", "m_s2", "nm")  # of files whose unit is 
 # Words of status, quality and calibration signals, and of signals beside the wanted one.
 _NOT = re.compile(
     r"\b(sts|stat|status|valid|vld|qual|qlty|quality|flag|cnt|counter|crc|chk|checksum|err|fault|calib|offset|offs|offst"
-    r"|std|dev|var|min|max|req|request|cmd|target|tgt|soll|setpoint|raw|range|mask|bias|sign|vz|init|type|id|cruise|limit"
+    r"|std|dev|var|min|max|req|request|cmd|target|tgt|soll|setpoint|raw|range|mask|bias|sign|vz|bit|lockout|init|type|id|cruise|limit"
     r"|lim|road|eng|engine|motor|shaft|fraction|trailer)\b"
 )
+_SIGN_WORDS = frozenset(("sign", "vz"))  # VZ: Vorzeichen
 _NOT_ANGLE = re.compile(r"\b(rate|speed|spd|vel|geschw\w*|turn|cntr)\b")
 
 
@@ -66,6 +68,8 @@ class Proposal:
     named: Named
     unit: str | None
     others: tuple[Proposal, ...] = ()
+    sign_by: str | None = None
+    plus: str | None = None
 
     @property
     def remark(self) -> str:
@@ -80,12 +84,13 @@ class Proposal:
     def signal_name(self) -> SignalName:
         """The name as readers of logs take it."""
         known = factors(self.signal)
-        return SignalName(self.named.name, self.unit or next(unit for unit in _USUAL_UNITS if unit in known))
+        unit = self.unit or next(unit for unit in _USUAL_UNITS if unit in known)
+        return SignalName(self.named.name, unit, sign_by=self.sign_by, plus=self.plus)
 
     def entry(self) -> dict[str, object]:
         """The entry of a vehicle file."""
         name = self.signal_name()
-        return {"name": name.name, "unit": name.unit, "sign": name.sign}
+        return {"name": name.name, "unit": name.unit, "sign": name.sign, **parts_of(name)}
 
 
 def proposals(there: Iterable[Named]) -> list[Proposal]:
@@ -97,9 +102,26 @@ def proposals(there: Iterable[Named]) -> list[Proposal]:
         ranked = [(rank, each) for each in candidates if (rank := _rank(signal, each)) is not None]
         if ranked:
             in_order = [each for _, each in sorted(ranked, key=lambda pair: pair[0])]
-            best, *others = (Proposal(signal, each, _unit(signal, each)) for each in in_order)
+            best, *others = (_proposal(signal, each, candidates) for each in in_order)
             found.append(replace(best, others=tuple(others)))
     return found
+
+
+def _proposal(signal: str, named: Named, candidates: Sequence[Named]) -> Proposal:
+    """With the sign of a magnitude and the fraction of a coarse value, where the same message has them."""
+    message = named.name.rpartition(".")[0]
+    words = set(_words_of(named.name.rpartition(".")[2]).split())
+    sign_by = plus = None
+    for other in candidates:
+        its_message, _, its_name = other.name.rpartition(".")
+        its_words = set(_words_of(its_name).split())
+        if its_message != message or other.file != named.file:
+            continue
+        if its_words & _SIGN_WORDS and its_words - _SIGN_WORDS == words:
+            sign_by = other.name
+        if "fraction" in its_words and its_words - {"fraction"} <= words:
+            plus = other.name
+    return Proposal(signal, named, _unit(signal, named), sign_by=sign_by, plus=plus)
 
 
 def signals_of_database(path: Path) -> Iterator[Named]:

@@ -12,6 +12,13 @@ from oncenter.verdict.accused import finding_of
 from oncenter.verdict.numbers import joined
 
 _MINUTE_S = 60.0
+# By reason of the gate beside the speed: the driving that it takes.
+_INSTEAD = {
+    "lateral_acceleration": "more slowly in bends",
+    "curvature": "in wider bends",
+    "longitudinal_acceleration": "at a steady speed",
+    "bank": "on level roads",
+}
 _TOO_WIDE = "The interval is still too wide."
 
 
@@ -107,10 +114,13 @@ def _evidence(answer: Estimates) -> Driving | None:
     lacking_s = _lacking_evidence_s(answer)
     if lacking_s <= 0.0:
         return None
-    return Driving(
-        f"drive {minutes(lacking_s)} faster than {_speed_min_km_h(answer):.0f} km/h, {_both_sides(answer)}",
-        f"Only {answer.used_s:.0f} s of the drive were usable.",
-    )
+    reason = max(_INSTEAD, key=lambda name: answer.rejected_s.get(name, 0.0))
+    is_of_speed = answer.rejected_s.get("speed", 0.0) >= answer.rejected_s.get(reason, 0.0)
+    how = f"faster than {_speed_min_km_h(answer):.0f} km/h" if is_of_speed else _INSTEAD[reason]
+    why = f"Only {answer.used_s:.0f} s of the drive were usable"
+    if not is_of_speed:
+        why += f", {answer.rejected_s[reason]:.0f} s were rejected for {reason.replace('_', ' ')}"
+    return Driving(f"drive {minutes(lacking_s)} {how}, {_both_sides(answer)}", f"{why}.")
 
 
 def _tighter_bends(answer: Estimates) -> Driving | None:

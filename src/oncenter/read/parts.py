@@ -1,0 +1,62 @@
+"""A signal in two parts: a magnitude whose sign is another signal, or a coarse value and its fraction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.nearest_name import did_you_mean
+from oncenter.read.frames import Column
+from oncenter.read.units import unit_key
+from oncenter.signals import SignalName
+
+
+def parts_of(entry: SignalName) -> dict[str, str]:
+    """The further names of a `[signals]` entry by their keys, `sign_by` and `plus`."""
+    return {key: name for key, name in (("sign_by", entry.sign_by), ("plus", entry.plus)) if name is not None}
+
+
+def combined(values: Column, plus: Column | None, sign: Column | None) -> Column:
+    """The whole signal: where `sign` is not zero it is negative, where a part is NaN it is NaN."""
+    whole = values if plus is None else values + plus
+    if sign is None:
+        return whole
+    signed = np.where(sign != 0.0, -whole, whole)
+    signed[np.isnan(sign)] = np.nan
+    return signed
+
+
+def unit_of_plus(signal: str, entry: SignalName, unit: str, written: str, of_main: str, known: dict[str, float]) -> str:
+    """The unit of the `plus` part: its own in the file; without one, or with the same text, that of the main part.
+
+    Args:
+        unit: of the main part, a key of `known`.
+        written: in the file, of the `plus` part.
+        of_main: in the file, of the main part.
+
+    Raises:
+        OncenterError: "unknown_unit", exit code 2: another text that is not a unit of the signal.
+    """
+    own = unit_key(written, known) if written else unit
+    if own is None and written == of_main:
+        return unit
+    if own is None:
+        raise OncenterError(
+            f"[signals] {signal}: plus = {entry.plus!r} has unit {written!r}, expected {' or '.join(known)}",
+            code="unknown_unit",
+            exit_code=WRONG_USAGE,
+            needs=(signal,),
+        )
+    return own
+
+
+def missing_part(signal: str, key: str, name: str, where: str, there: Iterable[str]) -> OncenterError:
+    """The error for a part that is not there: without it the values would be wrong."""
+    return OncenterError(
+        f"[signals] {signal}: {key} = {name!r} does not exist in {where}{did_you_mean(name, there)}",
+        code="missing_part",
+        exit_code=WRONG_USAGE,
+        needs=(signal,),
+    )

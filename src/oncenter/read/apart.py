@@ -12,6 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from oncenter.account import Account
 from oncenter.files.child import ChildDied, Send, borrowed, limits_for
 from oncenter.files.log_formats import READER
 from oncenter.signals import SignalName, Signals, Source
@@ -90,6 +91,7 @@ def sent(given: Signals, send: Send) -> None:
         "log": given.log,
         "notes": given.notes,
         "vin": given.vin,
+        "account": None if given.account is None else given.account.to_dict(),
         "last": True,
     }
     send(header, *(np.ascontiguousarray(column, np.float64) for column in given.columns.values()))
@@ -107,6 +109,7 @@ def _as_signals(header: Mapping[str, Any], payload: bytes) -> Signals:
         header["log"],
         tuple(header["notes"]),
         header["vin"],
+        None if header["account"] is None else Account.of_dict(header["account"]),
     )
 
 

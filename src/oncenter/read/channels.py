@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from oncenter.errors import OncenterError
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
@@ -22,6 +23,25 @@ class NoSamples(Exception):
     """A channel cannot be used; the text gives the reason, as "contains no numbers"."""
 
 
+class Content(NamedTuple):
+    """
+    Attributes:
+        time: s, one shared array for channels of one rate.
+        values: in the unit, NaN where not available.
+        unit: empty if the file has none.
+        lost: samples without a usable value, by reason, as in `Samples`.
+    """
+
+    time: Column
+    values: Column
+    unit: str
+    lost: dict[str, int]
+
+
+def without_zeros(counts: Mapping[str, int]) -> dict[str, int]:
+    return {reason: count for reason, count in counts.items() if count}
+
+
 @dataclass(frozen=True)
 class Channel:
     """One channel of a file.
@@ -29,15 +49,14 @@ class Channel:
     Attributes:
         name: in the file, within `label`.
         label: name of the group, struct or topic that contains it; may be empty.
-        content: gives its time in s (one shared array for channels of one rate), its values in its unit, NaN where not
-            available, and the unit, empty if the file has none. Raises `NoSamples`.
+        content: gives its samples. Raises `NoSamples`.
         called: the format's word for it: "channel", "variable", "field".
         stamps: source of the time, for messages, if it is not the channel itself.
     """
 
     name: str
     label: str
-    content: Callable[[], tuple[Column, Column, str]]
+    content: Callable[[], Content]
     called: str = "channel"
     stamps: str = ""
 
@@ -58,7 +77,7 @@ def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[st
         if not is_named and suffix is None:
             continue
         try:
-            time, values, written = channel.content()
+            time, values, written, lost = channel.content()
         except NoSamples as why:
             notes.append(f"{signal}: {channel.called} {channel.name} {why}")
             continue
@@ -77,7 +96,7 @@ def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[st
         values = values * factor
         rank = 0 if is_named else 1
         name, label, called, stamps = channel.name, channel.label, channel.called, channel.stamps
-        given.append(samples(name, label, signal, time, values, name, rank, called, stamps))
+        given.append(samples(name, label, signal, time, values, name, rank, lost, called, stamps))
     return given
 
 
@@ -89,13 +108,14 @@ def samples(
     values: Column,
     kind: str,
     rank: int,
+    lost: Mapping[str, int],
     called: str = "channel",
     stamps: str = "",
 ) -> Samples:
     """A channel's samples of one signal; `values` in SI."""
     description = f"{called} {name}" + (f" ({label})" if label else "")
     labels = (name.lower(), kind.lower(), label.lower())
-    return Samples(signal, time, values, kind, description, rank, labels=labels, stamps=stamps)
+    return Samples(signal, time, values, kind, description, rank, labels=labels, stamps=stamps, lost=lost)
 
 
 def is_wanted(channel: Channel, names: Mapping[str, SignalName]) -> bool:

@@ -23,7 +23,16 @@ import numpy as np
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.folder import BAG_PARTS
-from oncenter.read.channels import Channel, NoSamples, is_wanted, no_signal_recognised, not_there, samples_of
+from oncenter.read.channels import (
+    Channel,
+    Content,
+    NoSamples,
+    is_wanted,
+    no_signal_recognised,
+    not_there,
+    samples_of,
+    without_zeros,
+)
 from oncenter.read.frames import Column
 from oncenter.read.ros_messages import Field, Layout, NotDecoded, Types
 from oncenter.read.samples import Samples
@@ -77,7 +86,7 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
             notes.append(f"left out {counted(topic.damaged, 'damaged message')} of {topic.name} in {path.name}")
         clocks.append((clock, topic.name))
         for place, each in enumerate(fields):
-            content = partial(_content, time, columns, place, each.unit)
+            content = partial(_content, time, columns, place, each.unit, topic.damaged)
             channel = Channel(each.path, topic.name, content, "field", f"{clock} of {topic.name}")
             given += samples_of(channel, names, notes)
     missing = _not_there(every, taken, wanted, topics, names)
@@ -87,7 +96,7 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
     return given
 
 
-def _never() -> tuple[Column, Column, str]:
+def _never() -> Content:
     raise NoSamples("was not read")
 
 
@@ -305,14 +314,17 @@ def _columns(topic: _Topic, count: int) -> tuple[Column, str, Column]:
         if np.abs(np.median(stamped - recorded)) <= _CLOCKS_AGREE_S:
             time, clock = stamped, topic.layout.stamp
     order = np.argsort(time, kind="stable")
-    values = values[order]
-    return time[order], clock, np.where(np.isfinite(values), values, math.nan)
+    return time[order], clock, values[order]
 
 
-def _content(time: Column, columns: Column, place: int, unit: str) -> tuple[Column, Column, str]:
+def _content(time: Column, columns: Column, place: int, unit: str, damaged: int) -> Content:
     if len(time) < 2:
         raise NoSamples(f"has {len(time)} messages")
-    return time, np.ascontiguousarray(columns[:, place]), unit
+    values = np.ascontiguousarray(columns[:, place])
+    infinite = np.isinf(values)
+    values[infinite] = math.nan
+    lost = without_zeros({"unreadable": damaged, "infinite": int(np.count_nonzero(infinite))})
+    return Content(time, values, unit, lost)
 
 
 def _of_clocks(clocks: Sequence[tuple[str, str]]) -> str:

@@ -7,6 +7,7 @@ from oncenter.estimates.changes import Change
 from oncenter.estimates.estimates import Estimates
 from oncenter.findings import PLAY_STANDARD_DEG, capitalised
 from oncenter.verdict.accused import accused, errors_of_signals, is_sensor_fault
+from oncenter.verdict.left_out import first_loss, is_angle_lost_in_file
 from oncenter.verdict.next_driving import next_driving
 from oncenter.verdict.numbers import floor_of_size, half_width, joined, plus_minus, rounded
 from oncenter.verdict.verdict import State, Verdict
@@ -30,6 +31,8 @@ LOOSE = "Check the mounting of the sensor and of the steering wheel."
 
 def offset(answer: Estimates, limit_deg: float) -> Verdict:
     """About the straight-ahead offset; `limit_deg` in deg, either sign."""
+    if answer.sensor_fault == "lost" and is_angle_lost_in_file(answer):
+        return _lost_in_file(answer)
     if is_sensor_fault(answer):
         return _repair(answer)
     if answer.offset.status == "invalid":
@@ -62,6 +65,11 @@ def _no_verdict(answer: Estimates) -> Verdict:
     errors = errors_of_signals(answer)
     note = f"{capitalised(errors[0].text)}." if errors else ""
     return _verdict("no_verdict", f"No verdict: check {check}.", "Correct the signal, then read the log again.", note)
+
+
+def _lost_in_file(answer: Estimates) -> Verdict:
+    headline = "No verdict: the log has steering wheel angles that cannot be used."
+    return _verdict("no_verdict", headline, "Correct the log or its database, then read it again.", first_loss(answer))
 
 
 def _found(answer: Estimates, limit_deg: float, which: str) -> str:

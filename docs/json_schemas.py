@@ -149,6 +149,31 @@ _VERDICT = object_of(
 )
 
 
+_REASONS = by_name("By reason, the number that was left out.", {"type": "integer", "minimum": 0})
+_SIGNAL_ACCOUNT = object_of(
+    "in_file = used + superseded + left_out; ticks = fresh + held + missing.",
+    {
+        "in_file": count("Samples in the file; of a table its cells with a number."),
+        "used": count("Samples that decide at least one tick."),
+        "superseded": count("Samples with a newer one before the next tick."),
+        "left_out": _REASONS,
+        "ticks": count("Ticks of the common rate."),
+        "fresh": count("Ticks whose nearest sample is not that of the tick before."),
+        "held": count("Ticks with a value, whose nearest sample is that of the tick before."),
+        "missing": count("Ticks without a value."),
+        "outside_range": count("Samples that are used although they are outside the range of the database."),
+    },
+)
+_ACCOUNT = {
+    "unit": text("What is counted of the file.", choices=("frames", "rows", "samples")),
+    "in_file": count("Number in the file; in_file = used + left_out."),
+    "used": count("Number that was used."),
+    "left_out": _REASONS,
+    "signals": by_name("By name of the signal.", _SIGNAL_ACCOUNT),
+}
+_LOG = object_of("A log.", {"log": text("The log."), **_ACCOUNT})
+
+
 def _offset(schema: str) -> Schema:
     is_first = schema == "offset-1"
     parts = {
@@ -207,10 +232,11 @@ def _offset(schema: str) -> Schema:
                 ),
             },
         ),
-        "findings": rows("Findings, errors first.", FINDING),
+        "findings": rows("Findings, large losses of values first, then errors.", FINDING),
         "notes": _NOTES,
+        **({} if is_first else {"accounts": rows("For each log that was read, what became of its values.", _LOG)}),
     }
-    return object_of(f"Answer of `oncenter offset --json --schema {schema}`.", fields, optional=tuple(verdicts))
+    return object_of(f"Answer of `oncenter offset --json --schema {schema}`.", fields, optional=(*verdicts, "accounts"))
 
 
 def _error() -> Schema:
@@ -269,6 +295,7 @@ def _signals() -> Schema:
             "recorded_s": number("s", "The same without holes in the recording."),
             "holes": count("Number of holes in the recording."),
             "signals": by_name("By name of the signal.", row),
+            "account": object_of("What became of the values in the log.", _ACCOUNT, null=True),
             "findings": rows("Signals that contradict each other, errors first.", FINDING),
             "cannot_tell": rows("Checks that were not possible.", object_of("A check.", not_checked)),
             "notes": _NOTES,

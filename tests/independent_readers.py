@@ -4,10 +4,10 @@ It runs as a child process (`oncenter.files.child`), because such readers may cr
 table that oncenter reads.
 
 It follows the same conventions, because a damaged log can be read in several ways: - lines that are not frames of the
-format are left out, as are remote frames, error frames and CAN FD; - of frames, a sample whose stamp is not later than
-all before is left out; rows of a table stay unchanged; - a signal comes from the first message of a fixed order, and
-among its senders from the one with the most valid samples; - a signal is interpolated over at most 2.5 of its periods;
-in longer gaps it is NaN.
+format are left out, as are remote frames, error frames and CAN FD of more than 8 bytes; - of frames, a sample whose
+stamp is not later than all before is left out, and a clock that is set back by over 1 s begins another piece; rows of a
+table stay unchanged; - a signal comes from the first message of a fixed order, and among its senders from the one with
+the most valid samples; - a signal is interpolated over at most 2.5 of its periods; in longer gaps it is NaN.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ import zlib
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import UTC, datetime
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -133,6 +134,7 @@ def _signals(group: int, data: bytes) -> dict[str, float]:
 
 def _columns_of_frames(frames: Iterable[Frame]) -> dict[str, Column]:
     rows: dict[tuple[int, int, str], list[tuple[float, dict[str, float]]]] = defaultdict(list)
+    frames, pieces = _on_one_clock([frame for frame in frames if frame.extended])
     for frame in frames:
         if frame.extended:
             signals = _signals(_group(frame.identifier), frame.data)
@@ -146,7 +148,33 @@ def _columns_of_frames(frames: Iterable[Frame]) -> dict[str, Column]:
             if np.isfinite(values).any():
                 found[name].append((_rank(name, group), int(np.isfinite(values).sum()), Series(time, values)))
     chosen = {name: min(given, key=lambda each: (each[0], -each[1]))[2] for name, given in found.items()}
-    return _at_angle({name: _increasing(series) for name, series in chosen.items()})
+    columns = _at_angle({name: _increasing(series) for name, series in chosen.items()})
+    for begin, shift in pieces:
+        columns["time_s"] = np.where(columns["time_s"] >= begin, columns["time_s"] - shift, columns["time_s"])
+    return columns
+
+
+def _on_one_clock(frames: list[Frame]) -> tuple[list[Frame], list[tuple[float, float]]]:
+    """Pieces between which the clock of the senders was set back by over 1 s, behind one another with 10 s between
+    them; of each later piece, its begin and by how much its times are later than those of the piece before."""
+    last: dict[tuple[int, str], float] = {}
+    piece: dict[tuple[int, str], int] = defaultdict(int)
+    of_frame = []
+    for frame in frames:
+        sender = frame.identifier, frame.bus
+        piece[sender] += frame.time < last.get(sender, -math.inf) - 1.0
+        last[sender] = frame.time
+        of_frame.append(piece[sender])
+    if not of_frame or not 0 < max(of_frame) <= 0.1 * len(of_frame) / len(last):
+        return frames, []
+    times = [[f.time for f, of in zip(frames, of_frame, strict=True) if of == k] for k in range(max(of_frame) + 1)]
+    shifts, pieces = [0.0], []
+    for before, after in pairwise(times):
+        by = max(before) - min(after) + 10.0
+        shifts.append(shifts[-1] + by)
+        pieces.append((min(after) + shifts[-1], by))
+    shifted = [f._replace(time=f.time + shifts[of]) for f, of in zip(frames, of_frame, strict=True)]
+    return shifted, pieces[::-1]
 
 
 def _rank(name: str, group: int) -> int:
@@ -190,7 +218,8 @@ def _interpolated(name: str, series: Series, at: Column) -> Column:
 # ---------------------------------------------------------------------------------------------------------------------
 
 _CANDUMP = re.compile(
-    r"\s*\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#((?:[0-9A-Fa-f]{2}){0,8})(?:\s+[RT])?\s*"
+    r"\s*\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#(?:#[0-9A-Fa-f])?((?:[0-9A-Fa-f]{2}){0,8})"
+    r"(?:\s+[RT])?\s*"
 )
 
 
@@ -276,7 +305,7 @@ def _blf_frames(log: Path) -> Iterator[Frame]:
 
     with can.BLFReader(log) as messages:
         for message in messages:
-            if not (message.is_error_frame or message.is_remote_frame or message.is_fd):
+            if not (message.is_error_frame or message.is_remote_frame) and len(message.data) <= 8:
                 data = bytes(message.data[:8])
                 yield Frame(
                     message.timestamp, message.arbitration_id, message.is_extended_id, data, str(message.channel)
@@ -325,7 +354,7 @@ def _mdf_frames(signal: Any) -> Iterator[Frame]:
         fields.get("EDL", nothing).tolist(),
     )
     for place, (time, identifier, extended, length, bus, flexible) in enumerate(zip(*columns, strict=True)):
-        if not flexible:
+        if not (flexible and length > 8):
             data = octets[place].tobytes()[: min(length, 8)]
             yield Frame(time, identifier & 0x1FFFFFFF, extended, data, str(bus))
 

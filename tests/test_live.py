@@ -48,7 +48,7 @@ def state(learner: Learner) -> bytes:
 
 def without_log(answer: oc.Answer | None) -> dict[str, Any]:
     assert answer is not None
-    return {key: value for key, value in answer.to_dict().items() if key != "log"}
+    return {key: value for key, value in answer.to_dict().items() if key not in ("log", "accounts")}
 
 
 def troubled_drive() -> list[Frame]:
@@ -99,7 +99,7 @@ def test_live_and_offline_give_the_same_numbers_for_the_same_log(log: Path) -> N
     answer = oc.offset(oc.read(log), truck)
     assert answer.offset.status == "valid"
     live = learner.known().answer
-    assert live is not None and live.to_dict() == answer.to_dict()
+    assert live is not None and live.log == answer.log and without_log(live) == without_log(answer)
     angle = oc.angle(oc.read(log), truck)
     live_angle = np.concatenate([step.outputs["angle"]["angle"] for step in stepped])
     assert np.array_equal(live_angle, angle["steering_wheel_angle_rad"].to_numpy())
@@ -274,7 +274,7 @@ def test_a_replay_says_what_offset_says(capsys: pytest.CaptureFixture[str]) -> N
     assert run(["live", "--replay", str(short), "--speed", "100", "--vehicle", TRUCK, "--json"]) == 0
     live = json.loads(capsys.readouterr().out)
     assert run(["offset", str(short), "--vehicle", TRUCK, "--json"]) == 0
-    assert live == json.loads(capsys.readouterr().out)
+    assert live == json.loads(capsys.readouterr().out) | {"accounts": []}  # a bus has no file
 
 
 @pytest.mark.parametrize(

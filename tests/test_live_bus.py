@@ -29,7 +29,7 @@ from oncenter.live.socket_losses import SocketLosses
 
 def without_log(answer: oc.Answer | None) -> dict[str, Any]:
     assert answer is not None
-    return {key: value for key, value in answer.to_dict().items() if key != "log"}
+    return {key: value for key, value in answer.to_dict().items() if key not in ("log", "accounts")}
 
 
 def sender(channel: str) -> can.BusABC:

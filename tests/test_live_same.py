@@ -111,13 +111,13 @@ def written(frames: Frames, path: Path) -> Path:
     return path
 
 
-# What a log says of its holes and ends; a bus has no end.
-OF_LOGS = ("recording_has_holes", "signal_began_late", "signal_ended_early")
+# What a log says of its holes, ends and values; a bus has no end.
+OF_LOGS = ("recording_has_holes", "signal_began_late", "signal_ended_early", "values_left_out")
 
 
 def numbers(answer: oc.Answer | None) -> dict[str, Any]:
     assert answer is not None
-    members = {key: value for key, value in answer.to_dict().items() if key not in ("log", "notes")}
+    members = {key: value for key, value in answer.to_dict().items() if key not in ("log", "notes", "accounts")}
     return members | {"findings": [each for each in members["findings"] if each["code"] not in OF_LOGS]}
 
 

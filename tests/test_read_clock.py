@@ -19,7 +19,8 @@ def samples(signal: str, time: np.ndarray, values: np.ndarray) -> Samples:
 
 
 def one_tick(*chosen: Samples) -> tuple[dict[str, np.ndarray], float]:
-    return to_one_tick(chosen, "test", [])
+    columns, rate_hz, _ = to_one_tick(chosen, "test", [])
+    return columns, rate_hz
 
 
 def test_one_steady_time_column_is_passed_on_unchanged() -> None:
@@ -134,7 +135,7 @@ def test_a_fast_angle_is_thinned_to_at_most_200_hz() -> None:
 def test_an_angle_of_at_least_5_hz_is_resampled_to_a_rate_of_the_core(rate: float) -> None:
     time, notes = np.arange(100) / rate, []
     angle = samples("steering_wheel_angle", time, 0.1 * time)
-    table, rate_hz = to_one_tick([angle], "test", notes)
+    table, rate_hz, _ = to_one_tick([angle], "test", notes)
     assert rate_hz == 20.0
     assert notes == [f"recorded at {rate:g} Hz, resampled to 20 Hz"]
     assert np.allclose(np.diff(table["time_s"]), 0.05)

@@ -116,14 +116,17 @@ def test_an_unclosed_binary_log_gives_the_seconds_that_were_read(tmp_path: Path)
     assert note == "the logger did not close open.blf: it was read up to its last complete part; 4.0 s were read"
 
 
-@pytest.mark.parametrize("suffix", [".log", ".asc"])
-def test_skipped_can_fd_frames_are_counted(suffix: str, tmp_path: Path) -> None:
-    flexible = {
-        ".log": b"(1700000002.000300) can0 18F0093E##1697D7F637D577F7D00112233",
-        ".asc": b"   2.000300 CANFD   1 Rx 18F0093Ex   1 0 8  8 69 7D 7F 63 7D 57 7F 7D 130000 130 3000 0 0 0 0 0",
-    }
-    notes = damaged(tmp_path, suffix, lambda lines, k: lines.insert(k, flexible[suffix]))
-    assert notes == (f"left out 1 CAN FD frame of d{suffix}",)
+LONG_CAN_FD = {
+    ".log": b"(1700000002.000300) can0 18F0093E##1697D7F637D577F7D00112233",
+    ".asc": b"   2.000300 CANFD   1 Rx 18F0093Ex   1 0 9  12 69 7D 7F 63 7D 57 7F 7D 0 0 0 0 130000 130 3000 0 0 0 0",
+    ".trc": b"      2      2000.300 FB  1 18F0093E Rx -  9    69 7D 7F 63 7D 57 7F 7D 00 00 00 00",
+}
+
+
+@pytest.mark.parametrize("suffix", LONG_CAN_FD)
+def test_long_can_fd_frames_are_counted(suffix: str, tmp_path: Path) -> None:
+    notes = damaged(tmp_path, suffix, lambda lines, k: lines.insert(k, LONG_CAN_FD[suffix]))
+    assert notes == (f"left out 1 CAN FD frame of more than 8 bytes in d{suffix}",)
 
 
 def test_cut_off_notes_are_in_text_and_json_of_both_commands(

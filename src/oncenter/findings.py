@@ -47,13 +47,24 @@ class Finding:
         return f"{self.severity}: {self.text} ({self.code})"
 
 
+def large_losses(findings: Iterable[Finding]) -> list[str]:
+    """The observation of each large loss: the first words of an answer."""
+    return [finding.text.partition(". ")[0] for finding in findings if is_large_loss(finding)]
+
+
 EXPLAINED = "more about a finding: oncenter explain CODE"  # under a list of such lines
 
 
 def most_severe_first(findings: Iterable[Finding]) -> tuple[Finding, ...]:
-    """Errors, warnings, then infos; within each as given."""
+    """Large losses of values in the log, which may explain all others; then errors, warnings, infos; within each as
+    given."""
     rank = {"error": 0, "warning": 1, "info": 2}
-    return tuple(sorted(findings, key=lambda finding: rank[finding.severity]))
+    return tuple(sorted(findings, key=lambda finding: (not is_large_loss(finding), rank[finding.severity])))
+
+
+def is_large_loss(finding: Finding) -> bool:
+    """Whether more than 5 % of a signal's samples were left out for one reason: an answer begins with it."""
+    return finding.code == "values_left_out" and finding.severity == "warning"
 
 
 def demand(lacking_s: float) -> str:

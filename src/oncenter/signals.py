@@ -21,10 +21,13 @@ if TYPE_CHECKING:
     import numpy.typing as npt
     import polars as pl
 
+    from oncenter.account import Account
+
     Columns = Mapping[str, npt.NDArray[np.float64]]
 
 DEGREE = math.pi / 180.0
 STANDARD_GRAVITY = 9.80665  # m/s^2, exact by convention
+CLOCK_STEP_S = 86400.0  # a longer step between two ticks is of the clock, or of two logs behind one another
 
 
 @dataclass(frozen=True)
@@ -135,6 +138,8 @@ class Signals:
         notes: one line each about choices made while reading, for people.
         vin: of the truck, where the log contains it: frames as J1939 VI, tables in metadata or a column.
         start_s: begin of the drive in s since 1970, where a table states it beside its time.
+        account: of all values in the log; None for a table that was not read from one.
+        duration_s: time from the first tick to the last, without steps of the clock: backward, or by more than a day.
     """
 
     table: pl.DataFrame
@@ -144,6 +149,7 @@ class Signals:
     notes: tuple[str, ...] = ()
     vin: str | None = None
     start_s: float | None = None
+    account: Account | None = None
 
     def __init__(
         self,
@@ -154,9 +160,10 @@ class Signals:
         notes: tuple[str, ...] = (),
         vin: str | None = None,
         start_s: float | None = None,
+        account: Account | None = None,
     ) -> None:
         given = "columns" if isinstance(table, Mapping) else "table"
-        facts = {"rate_hz": rate_hz, "log": log, "notes": notes, "vin": vin, "start_s": start_s}
+        facts = {"rate_hz": rate_hz, "log": log, "notes": notes, "vin": vin, "start_s": start_s, "account": account}
         vars(self).update({given: table}, sources=sources, **facts)
 
     @cached_property  # type: ignore[no-redef]
@@ -180,11 +187,36 @@ class Signals:
         stated = self.start_s if self.start_s is not None and 0.0 <= self.start_s < LAST_S else None
         return first if EPOCH_S < first < LAST_S else stated
 
+    @property
+    def duration_s(self) -> float:
+        time = self.columns["time_s"]
+        if not len(time):
+            return 0.0
+        steps = time[1:] - time[:-1]
+        return float(time[-1] - time[0] - steps[(steps < 0.0) | (steps > CLOCK_STEP_S)].sum())
+
+    def replaced(
+        self,
+        columns: Columns | None = None,
+        sources: Mapping[str, Source] | None = None,
+        log: str | None = None,
+        notes: tuple[str, ...] | None = None,
+    ) -> Signals:
+        """The same drive with other columns, sources, log or notes."""
+        return Signals(
+            self.columns if columns is None else columns,
+            self.sources if sources is None else sources,
+            self.rate_hz,
+            self.log if log is None else log,
+            self.notes if notes is None else notes,
+            self.vin,
+            self.start_s,
+            self.account,
+        )
+
     def length(self) -> str:
         """The length in words, "1800.0 s at 100 Hz"."""
-        time = self.columns["time_s"]
-        duration_s = float(time[-1] - time[0]) if len(time) else 0.0
-        return f"{duration_s:.1f} s at {self.rate_hz:.4g} Hz"
+        return f"{self.duration_s:.1f} s at {self.rate_hz:.4g} Hz"
 
     def __repr__(self) -> str:
         return f"Signals({self.log!r}, {self.length()}: {', '.join(self.sources)})"

@@ -156,8 +156,7 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
 
 def _check_within(signals: Signals, sensor_lost_at: float) -> None:
     """A loss after the drive's end would have no effect, silently."""
-    time = signals.columns["time_s"]
-    length_s = float(time[-1] - time[0])
+    length_s = signals.duration_s
     if math.isfinite(sensor_lost_at) and 0.0 <= sensor_lost_at <= length_s:
         return
     raise OncenterError(

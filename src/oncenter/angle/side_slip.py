@@ -41,7 +41,7 @@ def with_lateral_speed(signals: Signals) -> Signals:
     slip_deg = np.mod(heading - course + 180.0, 360.0) - 180.0
     lateral = np.where((speed > SPEED_MIN_M_S) & (np.abs(slip_deg) < 45.0), speed * np.tan(slip_deg * DEGREE), np.nan)
     columns = {**signals.columns, _LATERAL_SPEED: lateral}
-    return Signals(columns, signals.sources, signals.rate_hz, signals.log, signals.notes, signals.vin, signals.start_s)
+    return signals.replaced(columns)
 
 
 def _column(signals: Signals, name: str) -> Floats | None:

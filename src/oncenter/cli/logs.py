@@ -80,13 +80,12 @@ def read_logs(
 
 def _read(log: Path, file: Path, truck: Vehicle | None, dbc: Sequence[Path], take: Mapping[str, str]) -> Signals:
     from oncenter.read import read
-    from oncenter.signals import Signals
 
     with progress_bar(f"reading {file.name}", file) as progress:
         drive = read(file, vehicle=truck, dbc=dbc, take=take, progress=progress)
     if log != STANDARD_INPUT:
         return drive
-    return Signals(drive.columns, drive.sources, drive.rate_hz, "-", drive.notes, drive.vin, drive.start_s)
+    return drive.replaced(log="-")
 
 
 def _refuse_another_truck(logs: Sequence[_Log]) -> None:

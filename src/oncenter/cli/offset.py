@@ -248,11 +248,12 @@ def with_limit(truck: oc.Vehicle, limit_deg: float | None) -> oc.Vehicle:
 
 def as_table(answer: oc.Answer) -> str:
     """Verdicts, the answer in words, its quantities as a table, and its findings, for a person at the prompt."""
-    from oncenter.findings import EXPLAINED
+    from oncenter.findings import EXPLAINED, capitalised, large_losses
     from oncenter.signals import DEGREE
     from oncenter.verdict import lines_of
 
-    lines = [*lines_of(answer), answer.words(), ""]
+    losses = [f"{capitalised(loss)}." for loss in large_losses(answer.findings)]
+    lines = [*losses, *lines_of(answer), answer.words(), ""]
     for name, estimate in answer.quantities.items():
         given = estimate.to_dict()
         value = "-" if given["value"] is None else f"{given['value']:.3f}"

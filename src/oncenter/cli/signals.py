@@ -89,10 +89,11 @@ def _to_json(drive: oc.Signals, judged: Plausibility) -> str:
         "version": oc.__version__,
         "log": drive.log,
         "rate_hz": drive.rate_hz,
-        "duration_s": _duration_s(drive),
+        "duration_s": drive.duration_s,
         "recorded_s": of_drive.recorded_s,
         "holes": len(of_drive.holes_s),
         "signals": dict(_rows(drive)),
+        "account": None if drive.account is None else drive.account.to_dict(),
         "findings": [finding.to_dict() for finding in judged.findings],
         "cannot_tell": [{"check": verdict.check, "why": verdict.why} for verdict in judged.cannot_tell],
         "notes": list(drive.notes),
@@ -102,8 +103,8 @@ def _to_json(drive: oc.Signals, judged: Plausibility) -> str:
 
 def _as_text(drive: oc.Signals, judged: Plausibility) -> str:
     """A table of the signals, then findings and checks that were not possible, in words."""
-    lines = [f"{Path(drive.log).name}: {_duration_s(drive):.1f} s, brought to {drive.rate_hz:.4g} Hz", ""]
-    lines += [*_table(drive), ""]
+    lines = [f"{Path(drive.log).name}: {drive.duration_s:.1f} s, brought to {drive.rate_hz:.4g} Hz", ""]
+    lines += [*_table(drive), "", *_account(drive), ""]
     for finding in judged.findings:
         lines += _wrapped(finding.line())
     severities = {finding.severity for finding in judged.findings}
@@ -141,6 +142,31 @@ def _table(drive: oc.Signals) -> list[str]:
     return [part for line, source in pairs for part in (line.rstrip(), *_wrapped(f"    {source}"))]
 
 
+def _account(drive: oc.Signals) -> list[str]:
+    """Counts of the frames or rows of the file, then of each signal's samples; one line for equal accounts."""
+    if drive.account is None:
+        return []
+    of_file = drive.account.file
+    lines = _wrapped(f"account: {of_file.in_file} {of_file.unit} = {of_file.used} used{_left_out(of_file.left_out)}")
+    together: dict[str, list[str]] = {}
+    for name, account in drive.account.signals.items():
+        superseded = f" + {account.superseded} superseded" if account.superseded else ""
+        samples = f"{account.in_file} samples = {account.used} used{superseded}{_left_out(account.left_out)}"
+        ticks = f"{account.ticks} ticks = {account.fresh} fresh + {account.held} held + {account.missing} missing"
+        beyond = f"; {account.outside_range} outside the range of the database, kept" if account.outside_range else ""
+        together.setdefault(f"{samples}; {ticks}{beyond}", []).append(name)
+    for counts, names in together.items():
+        lines += _wrapped(f"  {', '.join(names)}: {counts}")
+    return lines
+
+
+def _left_out(counts: Mapping[str, int]) -> str:
+    if not counts:
+        return ""
+    reasons = ", ".join(f"{count} {reason.replace('_', ' ')}" for reason, count in counts.items())
+    return f" + {sum(counts.values())} left out ({reasons})"
+
+
 def _aligned(columns: Mapping[str, list[str]]) -> list[str]:
     """Lines of one length: names and ranges to the left, numbers to the right."""
     padded = []
@@ -167,11 +193,6 @@ def _by_reason(verdicts: tuple[CannotTell, ...]) -> dict[str, list[str]]:
     for verdict in verdicts:
         by_reason.setdefault(verdict.why, []).append(verdict.check)
     return by_reason
-
-
-def _duration_s(drive: oc.Signals) -> float:
-    time = drive.columns["time_s"]
-    return float(time[-1] - time[0])
 
 
 def _wrapped(text: str, width: int = _WIDTH) -> list[str]:

@@ -22,6 +22,7 @@ from oncenter.fleet.summaries import columns_of
 from oncenter.fleet.trucks import Truck, Trucks
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
+from oncenter.plausibility.grid_signals import USEFUL
 from oncenter.read import refuse_unreadable
 from oncenter.read.here import read_here
 from oncenter.read.identity_of_log import identity_of
@@ -64,6 +65,7 @@ class Work:
                 # in this process, which is a watched child already: a second child would have the same limits
                 signals = read_here(path, vehicle.signal_names, vehicle.databases(), {}, lambda fraction: None)
                 row |= when(log, signals)
+                row |= _largest_loss(signals)
                 row["fingerprint"] = fingerprint_of(signals)
                 answer = offset(signals, vehicle)
                 row |= of_answer(answer)
@@ -97,6 +99,15 @@ def _report(answer: Answer, folder: Path, key: str) -> None:
     from oncenter.report import report
 
     report(answer, folder / f"{key}.html")
+
+
+def _largest_loss(signals: Signals) -> dict[str, Any]:
+    """The columns of the signal that lost most of its samples for one reason, among those of an answer; else empty."""
+    largest = None if signals.account is None else signals.account.largest(USEFUL)
+    if largest is None:
+        return {}
+    signal, reason, share = largest
+    return {"left_out_share": share, "left_out_reason": reason, "left_out_signal": signal}
 
 
 def of_answer(answer: Answer) -> dict[str, Any]:

@@ -77,6 +77,9 @@ def _of_drives() -> dict[str, tuple[str, str]]:
         "rate_hz": ("number", "tick rate"),
         "duration_s": ("number", "duration of the drive"),
         "used_s": ("number", "time used for the offset"),
+        "left_out_share": ("number", "largest share of a signal's samples that one reason took; null if none was"),
+        "left_out_reason": ("text", "that reason, as in the account of `oncenter signals`"),
+        "left_out_signal": ("text", "that signal"),
     }
     for quantity in QUANTITIES:
         columns[quantity.value] = ("number", quantity.about)

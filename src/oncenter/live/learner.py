@@ -15,6 +15,7 @@ from oncenter.offset import inputs
 from oncenter.offset.answer import Answer
 from oncenter.offset.assemble import answer_so_far
 from oncenter.offset.bias_course import BiasCourse
+from oncenter.offset.withheld import Gaps, absent_ticks
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream, Ticks
 from oncenter.read.whole_turns import TURN_RAD, WholeTurns
@@ -66,12 +67,16 @@ class Learner:
         self._flank_s = 1.0
         self._turns: WholeTurns | None = None
         self._bias = BiasCourse()
+        self._absent_ticks = self._turning_ticks = 0
 
     def take(self, frames: Frames) -> list[Stepped]:
         """Frames in the order in which they came."""
-        set_back = not self.stream.listening and self.stream.clock_was_set_back(frames)
-        stepped = self.finish() if set_back else []  # the core detects the other clock itself
-        return [*stepped, *self._step(self.stream.add(frames))]
+        stepped = []
+        for piece in self.stream.pieces(frames):
+            set_back = not self.stream.listening and self.stream.clock_was_set_back(piece)
+            stepped += self.finish() if set_back else []  # the core detects the other clock itself
+            stepped += self._step(self.stream.add(piece))
+        return stepped
 
     def finish(self) -> list[Stepped]:
         """The ticks that still wait for later frames."""
@@ -93,7 +98,8 @@ class Learner:
         evidence_lacking_s = max(self.params["joint_evidence_min_s"] - native["used"], 0.0)
         answer: Answer | None
         try:
-            answer = answer_so_far(native, self._signals(), self.vehicle, self.params)
+            gaps = Gaps(self._absent_ticks / self.stream.rate_hz, self._turning_ticks / self.stream.rate_hz)
+            answer = answer_so_far(native, self._signals(), self.vehicle, self.params, gaps)
         except OncenterError:
             answer = None
         return Known(answer, lacking_s, evidence_lacking_s, self._flank_s)
@@ -109,8 +115,11 @@ class Learner:
             self._resume(self.core)
         if self.last is None:
             self._first_s = float(ticks["time_s"][0])
+        self._absent_ticks += absent_ticks(ticks, needed(self.vehicle))
         if _SENSOR_TYPE in ticks:
-            ticks = {**ticks, _MEASURED: self._turned_back(ticks)}
+            angle = self._turned_back(ticks)
+            self._turning_ticks += int(np.count_nonzero(np.isnan(angle) & ~np.isnan(ticks[_MEASURED])))
+            ticks = {**ticks, _MEASURED: angle}
         columns = {name: column for name, column in ticks.items() if name in _core.COLUMNS}
         outputs = np.zeros(count, _core.OUTPUT_DTYPE)
         self.core.run(columns, outputs)

@@ -13,8 +13,8 @@ from oncenter.files.log_formats import OF_FRAMES
 from oncenter.live.snapshot import Dropped
 from oncenter.read import refuse_unreadable
 from oncenter.read.apart import frames
-from oncenter.read.clock import HOLE_S
 from oncenter.read.frames import Frames, joined
+from oncenter.read.set_back import HOLE_S
 
 SLOWEST, FASTEST = 1.0, 100.0
 

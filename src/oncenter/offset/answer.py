@@ -13,6 +13,7 @@ from oncenter.estimates.cause import in_words, together_rad
 from oncenter.estimates.correction import NO_CORRECTION
 from oncenter.estimates.estimate import Estimate, number
 from oncenter.estimates.estimates import Estimates
+from oncenter.findings import large_losses
 from oncenter.signals import DEGREE
 from oncenter.utc import iso
 from oncenter.verdict import lines_of, verdicts_of
@@ -100,7 +101,7 @@ class Answer(Estimates):
         return verdict + table + (f"<ul>{findings}</ul>" if findings else "")
 
     def __str__(self) -> str:
-        lines = [*lines_of(self), self.words()]
+        lines = [*large_losses(self.findings), *lines_of(self), self.words()]
         lines += [finding.line() for finding in self.findings]
         return "\n".join(lines)
 
@@ -139,7 +140,12 @@ class Answer(Estimates):
             },
             "findings": [finding.to_dict() for finding in self.findings],
             "notes": list(self.notes),
+            **({} if schema == "offset-1" else {"accounts": self._accounts()}),
         }
+
+    def _accounts(self) -> list[dict[str, Any]]:
+        """For each log that was read, what became of its values."""
+        return [{"log": drive.log, **drive.account.to_dict()} for drive in self.drives if drive.account is not None]
 
     def _parts(self) -> dict[str, Any]:
         drive = self.offset_ci95_drive

@@ -20,6 +20,7 @@ from oncenter.offset.answer import Answer
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings, moves_within, next_driving
+from oncenter.offset.withheld import Gaps, gaps_in, withheld_by_oncenter
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.truck.drives import summary_of
@@ -29,7 +30,9 @@ from oncenter.vehicle import Vehicle
 _WHOLE_FROM_ROWS = 3  # a core that still receives ticks has the first and the last row only
 
 
-def answer_so_far(native: _core.OcAnswer, received: Signals, vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
+def answer_so_far(
+    native: _core.OcAnswer, received: Signals, vehicle: Vehicle, params: Mapping[str, float], gaps: Gaps
+) -> Answer:
     """The joint method's answer of a core that still receives ticks.
 
     Args:
@@ -37,12 +40,13 @@ def answer_so_far(native: _core.OcAnswer, received: Signals, vehicle: Vehicle, p
         received: log, rate and sources; the first and the last row of its table are enough.
         vehicle: of the core.
         params: in force.
+        gaps: in all ticks received.
 
     Raises:
         OncenterError: "no_usable_second".
     """
     changes = changes_of(native, [native["changes"]], (received,))
-    return answer_of(native, changes, (received,), vehicle, "joint", params)
+    return answer_of(native, changes, (received,), vehicle, "joint", params, gaps)
 
 
 def answer_of(
@@ -52,6 +56,7 @@ def answer_of(
     vehicle: Vehicle,
     method: Method,
     params: Mapping[str, float],
+    gaps: Gaps | None = None,
 ) -> Answer:
     rejected_s = dict(zip(_core.REASONS, native["rejected"], strict=True))
     if native["duration"] <= rejected_s["missing_signal"]:
@@ -89,7 +94,7 @@ def answer_of(
         used_s=native["used"],
         unused_s=native["unused"],
         rejected_s=rejected_s,
-        findings=_findings(native, changes, drives, vehicle, method, params),
+        findings=_findings(native, changes, drives, vehicle, method, params, gaps),
         drives=drives,
         summary=summary_of(native, vehicle, params) if method == "joint" and native["used"] > 0.0 else None,
         next_driving=next_driving(native, params, vehicle) if method == "joint" else (),
@@ -111,7 +116,9 @@ def _findings(
     vehicle: Vehicle,
     method: Method,
     params: Mapping[str, float],
+    gaps: Gaps | None,
 ) -> tuple[Finding, ...]:
+    names = needed(method, drives, params)
     has_acceleration = any(SIGNALS["lateral_acceleration"].column in drive.columns for drive in drives)
     return findings_of(
         native,
@@ -123,6 +130,7 @@ def _findings(
         ),
         limit_deg=vehicle.offset_limit_deg,
         angle_ends=_angle_ends(drives) if _core.FAULTS[native["fault"]] == "lost" else None,
+        withheld=withheld_by_oncenter(native, gaps or gaps_in(drives, names), names),
         measures_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or has_acceleration),
         of_method=joint_findings(native, params, changes, vehicle) if method == "joint" else (),
     )

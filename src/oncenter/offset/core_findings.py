@@ -11,6 +11,7 @@ from dataclasses import replace
 from oncenter import _core
 from oncenter.estimates.estimates import HALF_TURN_RAD
 from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, demand, finding
+from oncenter.offset.withheld import NOTHING, Withheld
 from oncenter.plausibility.zeros import (
     TILTED_FROM_M_S2,
     YAW_RATE_BIAS_LARGE_DEG_S,
@@ -55,6 +56,7 @@ def findings_of(
     measures_banks: bool,
     limit_deg: float,
     angle_ends: str | None = None,
+    withheld: Withheld = NOTHING,
     of_method: Iterable[Finding | None] = (),
 ) -> tuple[Finding, ...]:
     """All findings on one answer of the core.
@@ -67,12 +69,14 @@ def findings_of(
         yaw_rate_from_vdc2: a bias that a common mistake of VDC2 senders explains is reported with that mistake.
         measures_banks: there is an accelerometer, and it is used.
         limit_deg: of the offset, either sign.
+        withheld: time without a signal that the log has.
         angle_ends: time and log of the last steering wheel angle, in words; None where they are not available.
         of_method: findings of the method alone.
     """
     of_all = (
         _sensor_fault(native, angle_ends),
-        _missing(native),
+        _missing(native, withheld),
+        _withheld(native, withheld),
         _gate_shut(native, params, method),
         _offset(native, limit_deg, has_fixed_zero=not relative_sensor and not native["offset_walks"]),
         _yaw_rate_bias(native, method, yaw_rate_from_vdc2),
@@ -108,17 +112,32 @@ def _sensor_fault(found: Kind, native: _core.OcAnswer, angle_ends: str | None) -
 
 
 @finding("signals_not_available", "warning", "s")
-def _missing(found: Kind, native: _core.OcAnswer) -> Finding | None:
-    """A signal is missing for a good part of the duration."""
-    missing_s = _rejected(native, "missing_signal")
-    share = missing_s / native["duration"] if native["duration"] > 0 else 0.0
-    if share < _MISSING_REPORTED_FROM:
+def _missing(found: Kind, native: _core.OcAnswer, withheld: Withheld) -> Finding | None:
+    """The log has no value of a signal for a good part of the duration."""
+    missing_s = max(_rejected(native, "missing_signal") - withheld.time_s, 0.0)
+    if not _is_long(missing_s, native):
         return None
     return found(
         f"a signal that the method needs is not available for {missing_s:.0f} s of {native['duration']:.0f} s. The "
         "offset does not use this time. Find the signal with oncenter signals, and check its sender and the logger",
         missing_s,
     )
+
+
+@finding("signals_withheld", "info", "s")
+def _withheld(found: Kind, native: _core.OcAnswer, withheld: Withheld) -> Finding | None:
+    """The log has all signals, but oncenter itself did not use one of them for a good part of the duration."""
+    if not _is_long(withheld.time_s, native):
+        return None
+    return found(
+        f"the log has all signals, but oncenter did not use {withheld.signal} for {withheld.time_s:.0f} s of "
+        f"{native['duration']:.0f} s: {withheld.why}. The offset does not use this time",
+        withheld.time_s,
+    )
+
+
+def _is_long(time_s: float, native: _core.OcAnswer) -> bool:
+    return bool(native["duration"] > 0.0 and time_s >= _MISSING_REPORTED_FROM * native["duration"])
 
 
 def _rejected(native: _core.OcAnswer, reason: str) -> float:

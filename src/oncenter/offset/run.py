@@ -48,6 +48,7 @@ from oncenter.offset.signals_at_fault import without_faulty_estimates
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
 from oncenter.plausibility.check_result import NO_OFFSET
 from oncenter.plausibility.recording import recording_findings
+from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
 from oncenter.vehicle import Vehicle, check_vehicle, core_of, core_params
@@ -212,11 +213,12 @@ def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[st
 
 
 def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:
-    """Gaps and late or early ends of each recording; with the log's name where there are several."""
+    """Values left out of each recording, its gaps and ends; with the name of the log where there are several."""
     found = []
     for drive in drives:
         of_log = f"{Path(drive.log).name}: " if len(drives) > 1 else ""
-        found += [replace(each, text=of_log + each.text) for each in recording_findings(drive, names)]
+        of_drive = [*values_left_out(drive, names), *recording_findings(drive, names)]
+        found += [replace(each, text=of_log + each.text) for each in of_drive]
     return found
 
 

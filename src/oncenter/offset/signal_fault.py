@@ -202,8 +202,8 @@ def _scale(found: Kind, fault: SignalFault) -> Finding:
     size = f"too large by a factor of {factor:.3g}" if factor > 1.0 else f"too small by a factor of {1.0 / factor:.3g}"
     also = ", and the wheelbase and the steering ratio of the vehicle file" if name == "steering_wheel_angle" else ""
     return found(
-        f"the {fault.subject()} is {size} for the turns of the other signals{what}. {NO_OFFSET}. Check its unit and its "
-        f"scale in {SIGNALS_TABLE}{also}",
+        f"the {fault.subject()} is {size} for the turns of the other signals{what}. {NO_OFFSET}. Check its unit and "
+        f"its scale in {SIGNALS_TABLE}{also}",
         factor,
     )
 
@@ -212,8 +212,8 @@ def _scale(found: Kind, fault: SignalFault) -> Finding:
 def _late(found: Kind, fault: SignalFault) -> Finding:
     """Its lag is outside the usual range, in each pair of signals that it is in."""
     return found(
-        f"the {fault.subject()} lags behind the other signals by about {fault.value:.1f} s. {NO_OFFSET}. Check its time "
-        "stamps, and the delay of its sender and of its filter",
+        f"the {fault.subject()} lags behind the other signals by about {fault.value:.1f} s. {NO_OFFSET}. Check its "
+        "time stamps, and the delay of its sender and of its filter",
         fault.value,
     )
 

@@ -16,6 +16,8 @@ _ABOUT_SIGNALS = (
     "lateral_acceleration_moves",
     "relative_angle_sensor",
     "signals_not_available",
+    "signals_withheld",
+    "values_left_out",
     "steering_wheel_angle_sensor_at_fault",
     "yaw_rate_bias",
     "yaw_rate_bias_moves",

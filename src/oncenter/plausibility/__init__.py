@@ -16,6 +16,7 @@ from oncenter.plausibility import axles, lag, presence, ratio, signs_and_units, 
 from oncenter.plausibility.check_result import CannotTell, CheckResult
 from oncenter.plausibility.grid_signals import USEFUL, GridSignals
 from oncenter.plausibility.recording import recording_findings
+from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
@@ -42,6 +43,7 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
     sign, units = signs_and_units.sign(drive), signs_and_units.units(drive)
     comparable = not (isinstance(sign, Finding) or isinstance(units, Finding))  # else r/v and r*v mean nothing
     verdicts: list[CheckResult] = [
+        *values_left_out(signals, USEFUL),
         *recording_findings(signals, USEFUL),
         *presence.missing(drive),
         *presence.availability(drive),

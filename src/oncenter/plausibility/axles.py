@@ -83,7 +83,7 @@ def _without(signals: Signals, axles: tuple[Axle, ...]) -> Signals:
     gone = [column for axle in axles for column in columns(axle)]
     kept = {name: source for name, source in signals.sources.items() if SIGNALS[name].column not in gone}
     rest = {name: column for name, column in signals.columns.items() if name not in gone}
-    return Signals(rest, kept, signals.rate_hz, signals.log, signals.notes, signals.vin, signals.start_s)
+    return signals.replaced(rest, kept)
 
 
 def unfit(drive: GridSignals) -> tuple[Unfit, ...]:

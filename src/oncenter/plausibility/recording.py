@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from oncenter.findings import Finding, Kind, finding
 from oncenter.plausibility.check_result import words
-from oncenter.signals import SIGNALS, Signals
+from oncenter.signals import CLOCK_STEP_S, SIGNALS, Signals
 
 _HOLE_MIN_S = 1.0  # a shorter one is lost frames
 _LOST_SHARE_MAX = 0.05  # of the time from first to last tick; more is a warning
@@ -30,9 +30,10 @@ class Recorded:
 
 
 def recorded(signals: Signals) -> Recorded:
-    """The recorded time of one drive; ticks with decreasing time count as recorded."""
+    """The recorded time of one drive; ticks with decreasing time count as recorded, steps of the clock as nothing."""
     time = signals.columns["time_s"][_has_a_number(signals)]
     steps = np.diff(time)
+    steps = steps[steps <= CLOCK_STEP_S]
     holes = steps[steps > _HOLE_MIN_S] - 1.0 / signals.rate_hz
     whole_s = float(steps[steps > 0.0].sum())
     return Recorded(whole_s, whole_s - float(holes.sum()), tuple(map(float, holes)))

@@ -12,6 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from oncenter.account import Account
 from oncenter.files.child import ChildDied, Send, borrowed, limits_for
 from oncenter.files.log_formats import READER
 from oncenter.signals import SignalName, Signals, Source
@@ -91,6 +92,7 @@ def sent(given: Signals, send: Send) -> None:
         "notes": given.notes,
         "vin": given.vin,
         "start_s": given.start_s,
+        "account": None if given.account is None else given.account.to_dict(),
         "last": True,
     }
     send(header, *(np.ascontiguousarray(column, np.float64) for column in given.columns.values()))
@@ -109,6 +111,7 @@ def _as_signals(header: Mapping[str, Any], payload: bytes) -> Signals:
         tuple(header["notes"]),
         header["vin"],
         header["start_s"],
+        None if header["account"] is None else Account.of_dict(header["account"]),
     )
 
 

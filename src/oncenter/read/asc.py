@@ -7,6 +7,7 @@ unusual frame gives the same result as python-can.
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from datetime import datetime
@@ -16,10 +17,10 @@ from pathlib import Path
 import numpy as np
 
 from oncenter.errors import OncenterError
-from oncenter.read.cut_off import CutOff
 from oncenter.read.digits import Places
 from oncenter.read.fields import Fields, Layout
 from oncenter.read.frames import Column, Frames
+from oncenter.read.left_out import CutOff
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
 from oncenter.read.wording import damaged
@@ -60,7 +61,7 @@ _DAY = re.compile(r"(\w+)\s+(\d\d?)\s+(\d\d?):(\d\d?):(\d\d?)(?:\.(\d{1,6}))?(?:
 
 
 def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Data frames of classic CAN, a block of text at a time. `notes` receives what was left out.
+    """Data frames of at most 8 bytes, CAN and CAN FD, a block of text at a time. `notes` receives what was left out.
 
     Raises:
         OncenterError: "unreadable_log": messages have names instead of identifiers, or the layout is unknown.
@@ -75,7 +76,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             for begin, end in pairwise([0, *(found.end() for found in bases), len(block)]):
                 yield log.frames(block[begin:end])
     if text.cut_off:
-        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
+        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out", number=1))
     notes += log.others.notes("that are not CAN frames")
 
 
@@ -165,11 +166,12 @@ class _Log:
         if not _MESSAGE.match(line):
             return None
         time, bus, rest = line.split(None, 2)
+        base = 10 if decimal else 16
         if bus == "CANFD":
-            self.others.flexible += 1
+            return _flexible(float(time), rest, base, self.others.no_data)
         if not bus.isdigit():
             return None
-        return _classic(float(time), int(bus) - 1, rest, 10 if decimal else 16)
+        return _classic(float(time), int(bus) - 1, rest, base, self.others.no_data)
 
 
 def _is_strange(words: list[str]) -> bool:
@@ -201,18 +203,46 @@ def _with_identifier(line: str, words: list[str], log: str, *, decimal: bool) ->
     return line.replace(words[2], (f"{number}" if decimal else f"{number:X}") + written[2], 1)
 
 
-def _classic(time: float, bus: int, text: str, base: int) -> Row | None:
+def _flexible(time: float, text: str, base: int, no_data: Counter[str]) -> Row | None:
+    """A CAN FD frame of at most 8 bytes; None for a longer one, an error frame, or one without data, which python-can
+    reads as a remote frame.
+
+    Raises:
+        ValueError: it cannot be parsed.
+    """
+    bus, _, rest = text.split(None, 2)
+    if rest[:10].lower() == "errorframe":
+        no_data["error_frame"] += 1
+        return None
+    identifier, name_or_switch, rest = rest.split(None, 2)
+    words = rest.split()
+    _, _, length, *data = words if name_or_switch.isdigit() else words[1:]
+    count, (number, extended) = int(length), _number(identifier, base)
+    if not 0 < count <= 8:
+        no_data["can_fd" if count else "remote_frame"] += 1
+        return None
+    return row(time, number, extended, bytes(int(byte, base) for byte in data[:count]), int(bus) - 1)
+
+
+def _number(identifier: str, base: int) -> tuple[int, bool]:
+    """An identifier, and whether it has 29 bits."""
+    extended = identifier[-1:].lower() == "x"
+    return int(identifier[:-1] if extended else identifier, base), extended
+
+
+def _classic(time: float, bus: int, text: str, base: int, no_data: Counter[str]) -> Row | None:
     """A frame of classic CAN; None for an error frame or a remote frame.
 
     Raises:
         ValueError: it cannot be parsed.
     """
     if text[:10].lower() == "errorframe":
+        no_data["error_frame"] += 1
         return None
     identifier, _, rest = text.split(None, 2)
-    extended = identifier[-1:].lower() == "x"
-    number = int(identifier[:-1] if extended else identifier, base)
+    number, extended = _number(identifier, base)
     if rest[0].lower() == "r":
+        no_data["remote_frame"] += 1
         return None
     _, length, *data = rest.split()
     count = int(length, base)

@@ -13,8 +13,9 @@ from __future__ import annotations
 import struct
 import zlib
 from bisect import bisect_right
+from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -23,8 +24,8 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
-from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Frames, bus_code, joined
+from oncenter.read.left_out import CutOff, LeftOut, left_out_frames
 from oncenter.read.wording import counted, damaged
 
 BLOCK_BYTES = 1 << 20  # contents per step, so that their columns fit into the cache
@@ -126,14 +127,14 @@ class _Contents:
 class _LeftOut:
     """Counts of frames left out."""
 
-    long: int = 0
+    no_data: Counter[str] = field(default_factory=Counter)
     unknown_header: int = 0
 
     def notes(self, name: str) -> Iterator[str]:
-        if self.long:
-            yield f"left out {counted(self.long, 'CAN FD frame')} of more than 8 bytes in {name}"
+        yield from left_out_frames(name, self.no_data)
         if self.unknown_header:
-            yield f"left out {counted(self.unknown_header, 'frame')} of {name} with an unknown object header"
+            text = f"left out {counted(self.unknown_header, 'frame')} of {name} with an unknown object header"
+            yield LeftOut(text, "unreadable", self.unknown_header)
 
 
 def _opened(file: BinaryIO, name: str) -> _Log:
@@ -315,6 +316,7 @@ class _Layout:
 _CLASSIC = _Layout((1, 86), 16, "<u2", (2, 0x80), 3, 8)
 _FLEXIBLE = _Layout((100,), 84, "<u2", (2, 0x80), 14, 20)
 _FLEXIBLE_64 = _Layout((101,), 40, "u1", (12, 0x10), 2, 40)
+_ERROR_KINDS = (2, 73, 104)  # objects with an error frame
 
 
 def _frames(log: _Log, contents: _Contents, at: Places, left_out: _LeftOut) -> Frames:
@@ -331,6 +333,8 @@ def _frames(log: _Log, contents: _Contents, at: Places, left_out: _LeftOut) -> F
             frames, begins = _frames_like(layout, log, contents, here, left_out)
             parts.append(frames)
             places.append(begins)
+    if sum(map(len, places)) < len(at):
+        left_out.no_data["error_frame"] += int(np.count_nonzero(np.isin(kind, _ERROR_KINDS)))
     if len(parts) < 2:
         return joined(parts)
     merged, order = joined(parts), np.argsort(np.concatenate(places))
@@ -358,7 +362,8 @@ def _frames_like(
     if layout is _CLASSIC:
         length = np.minimum(length, 8)  # length codes 9 to 15 mean 8
     long = ~remote & (length > 8)
-    left_out.long += int(np.count_nonzero(long))
+    left_out.no_data["can_fd"] += int(np.count_nonzero(long))
+    left_out.no_data["remote_frame"] += int(np.count_nonzero(remote))
     ours = ~remote & ~long
     at, header, body, length, sizes = at[ours], header[ours], body[ours], length[ours], sizes[ours]
     there = length if layout is not _FLEXIBLE_64 else _there(log, contents, at, header, length, sizes)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from codecs import BOM_UTF8
+from collections import Counter
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,9 +17,9 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
-from oncenter.read.cut_off import CutOff
 from oncenter.read.digits import Places, Words, all_decimal, decimal, eight, packed, without_first
 from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
+from oncenter.read.left_out import CutOff, LeftOut, left_out_frames
 from oncenter.read.wording import counted
 
 BLOCK_BYTES = 1 << 20  # text per step, so that its columns fit into the cache
@@ -27,8 +28,9 @@ PAD = b"\0" * 32  # before and after a block, so that reads around a position st
 BAD_LINES_SHARE = 0.01  # more bad lines mean another format, not local damage
 
 _NIBBLE = bytes(int(chr(c), 16) if chr(c) in "0123456789abcdefABCDEF" else 0xFF for c in range(256))
-_LOG_LINE = re.compile(
-    rb"\s*\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#((?:[0-9A-Fa-f]{2}){0,8})(?:\s+[RT])?\s*"
+_LOG_LINE = re.compile(  # two #, then a digit of flags, of CAN FD
+    rb"\s*\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#(?:#[0-9A-Fa-f])?((?:[0-9A-Fa-f]{2}){0,8})"
+    rb"(?:\s+[RT])?\s*"
 )
 _STAMP = rb"(\d+\.\d+|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+)"
 _CONSOLE_LINE = re.compile(
@@ -36,7 +38,9 @@ _CONSOLE_LINE = re.compile(
     rb"\s*((?:[0-9A-Fa-f]{2}\s*){0,8})(?:'.*')?\s*"
 )
 _NO_DATA_LINE = re.compile(
-    rb".*(#R\d?|##[0-9A-Fa-f]+|remote request|ERRORFRAME|\[\d\d\].*)(\s+[RT])?\s*|\t[a-z-]+(\{.*\})?\s*", re.DOTALL
+    rb".*(?:(?P<remote_frame>#R\d?|remote request)|(?P<can_fd>##[0-9A-Fa-f]+|\[\d\d\].*)|(?P<error_frame>ERRORFRAME))"
+    rb"(?:\s+[RT])?\s*|\t[a-z-]+(?:\{.*\})?\s*",
+    re.DOTALL,
 )
 
 
@@ -47,7 +51,8 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
         OncenterError: more than one line in a hundred is not candump's.
     """
     size = max(path.stat().st_size, 1)
-    lines = bad_lines = done = flexible = 0
+    lines = bad_lines = done = 0
+    no_data: Counter[str] = Counter()
     first_bad = ""
     with path.open("rb") as file:
         rest = b""
@@ -60,9 +65,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
                 if len(rest) > BLOCK_BYTES:
                     raise _not_candump(path, _quoted(1, rest))
                 continue
-            frames, bad, count = _parse(whole + newline)
-            if len(frames) < count:
-                flexible += _flexible_frames(whole)
+            frames, bad, count = _parse(whole + newline, no_data)
             if bad and not first_bad:
                 first_bad = _quoted(lines + bad[0][0] + 1, bad[0][1])
             bad_lines += len(bad)
@@ -72,24 +75,19 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             progress(done / size)
             yield frames
     if rest.strip():
-        frames, bad, count = _parse(rest + b"\n")
+        frames, bad, count = _parse(rest + b"\n", no_data)
         lines += count
         # a short frame without a line end was probably cut
         if bad or (len(frames) and frames.length[-1] < _FULL_FRAME):
             frames = frames.where(np.zeros(len(frames), bool))
-            notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
+            notes.append(CutOff(f"the last line of {path.name} is cut off and was left out", number=1))
         yield frames
     if bad_lines > BAD_LINES_SHARE * lines:
         raise _not_candump(path, first_bad)
-    if flexible:
-        notes.append(f"left out {counted(flexible, 'CAN FD frame')} of {path.name}")
+    notes += left_out_frames(path.name, no_data)
     if bad_lines:
-        notes.append(f"left out {counted(bad_lines, 'line')} of {path.name} not in candump format, first: {first_bad}")
-
-
-def _flexible_frames(text: bytes) -> int:
-    """Counts them: `123##1AABB` is a CAN FD frame."""
-    return text.count(b"##")
+        text = f"left out {counted(bad_lines, 'line')} of {path.name} not in candump format, first: {first_bad}"
+        notes.append(LeftOut(text, "unreadable", bad_lines))
 
 
 def _not_candump(path: Path, line: str) -> OncenterError:
@@ -104,8 +102,9 @@ def _quoted(line: int, text: bytes) -> str:
     return f"line {line} reads {shown!r}"
 
 
-def _parse(block: bytes) -> tuple[Frames, list[tuple[int, bytes]], int]:
-    """The frames in complete lines, the lines without a frame (number, text), and the number of lines."""
+def _parse(block: bytes, no_data: Counter[str]) -> tuple[Frames, list[tuple[int, bytes]], int]:
+    """The frames in complete lines, the lines without a frame (number, text), and the number of lines. `no_data` counts
+    frames without usable data."""
     text = PAD + block + PAD
     characters = np.frombuffer(text, np.uint8)
     ends = np.flatnonzero(characters[: len(PAD) + len(block)] == ord("\n"))
@@ -113,7 +112,7 @@ def _parse(block: bytes) -> tuple[Frames, list[tuple[int, bytes]], int]:
     frames, read = _parse_log_style(text, characters, starts, ends)
     if read.all():
         return frames, [], len(ends)
-    others, places, bad = _parse_one_by_one(text, starts, ends, np.flatnonzero(~read))
+    others, places, bad = _parse_one_by_one(text, starts, ends, np.flatnonzero(~read), no_data)
     merged = joined([frames, others])
     order = np.argsort(np.concatenate((np.flatnonzero(read), places)), kind="stable")
     return Frames(*(getattr(merged, c)[order] for c in Frames.__dataclass_fields__)), bad, len(ends)
@@ -130,11 +129,14 @@ def _parse_log_style(
     standard = characters[hashed - 4] == ord(" ")
     extended = (characters[hashed - 9] == ord(" ")) & ~standard
     micros, time_good = _time(nibbles, starts, bracket)
-    data_low, data_high = eight(nibbles, hashed + 1), eight(nibbles, hashed + 9)
+    begins = hashed + 1
+    if b"##" in text:  # CAN FD: another # and a digit of flags
+        begins = begins + 2 * (characters[begins] == ord("#"))
+    data_low, data_high = eight(nibbles, begins), eight(nibbles, begins + 8)
     data, digits = _data(data_low, data_high)
     identifier_digits = eight(nibbles, hashed - 8)
     identifier = packed(np.where(extended, identifier_digits, identifier_digits & _FULL << np.uint64(40)))
-    after = characters[hashed + 1 + digits]
+    after = characters[begins + digits]
     bus_end = hashed - np.where(extended, 9, 4)
     good = (
         (characters[starts] == ord("("))
@@ -224,7 +226,7 @@ def _seconds(stamp: bytes) -> float:
 
 
 def _parse_one_by_one(
-    text: bytes, starts: Places, ends: Places, lines: Places
+    text: bytes, starts: Places, ends: Places, lines: Places, no_data: Counter[str]
 ) -> tuple[Frames, Places, list[tuple[int, bytes]]]:
     """The frames in the given lines, their line numbers, and the lines without a frame."""
     rows: list[tuple[float, int, bool, int, int, int]] = []
@@ -234,14 +236,18 @@ def _parse_one_by_one(
         written = text[starts[line] : ends[line]]
         found = _LOG_LINE.fullmatch(written) or _CONSOLE_LINE.fullmatch(written)
         if found is None:
-            if written.strip() and not _NO_DATA_LINE.fullmatch(written):
+            other = _NO_DATA_LINE.fullmatch(written)
+            if other is not None and other.lastgroup is not None:
+                no_data[other.lastgroup] += 1
+            elif other is None and written.strip():
                 bad.append((line, written))
             continue
         stamp, bus, identifier, digits = found.groups()
         data = bytes.fromhex(digits.decode())
         number = int(identifier, 16)
         if number >= 1 << 29:
-            continue  # an error frame
+            no_data["error_frame"] += 1
+            continue
         padded = int.from_bytes(data.ljust(8, b"\xff"), "little")
         rows.append((_seconds(stamp), number, len(identifier) == 8, padded, len(data), bus_code(bus.decode("latin-1"))))
         places.append(line)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +27,25 @@ class NoSamples(Exception):
     """A channel cannot be used; the text gives the reason, as "contains no numbers"."""
 
 
+class Content(NamedTuple):
+    """
+    Attributes:
+        time: s, one shared array for channels of one rate.
+        values: in the unit, NaN where not available.
+        unit: empty if the file has none.
+        lost: samples without a usable value, by reason, as in `Samples`.
+    """
+
+    time: Column
+    values: Column
+    unit: str
+    lost: dict[str, int]
+
+
+def without_zeros(counts: Mapping[str, int]) -> dict[str, int]:
+    return {reason: count for reason, count in counts.items() if count}
+
+
 @dataclass(frozen=True)
 class Channel:
     """One channel of a file.
@@ -33,15 +53,14 @@ class Channel:
     Attributes:
         name: in the file, within `label`.
         label: name of the group, struct or topic that contains it; may be empty.
-        content: gives its time in s (one shared array for channels of one rate), its values in its unit, NaN where not
-            available, and the unit, empty if the file has none. Raises `NoSamples`.
+        content: gives its samples. Raises `NoSamples`.
         called: the format's word for it: "channel", "variable", "field".
         stamps: source of the time, for messages, if it is not the channel itself.
     """
 
     name: str
     label: str
-    content: Callable[[], tuple[Column, Column, str]]
+    content: Callable[[], Content]
     called: str = "channel"
     stamps: str = ""
 
@@ -79,12 +98,12 @@ def _part(path: Path, channels: Sequence[Channel], main: Channel, signal: str, k
     return next((each for each in having if each.label == main.label), having[0])
 
 
-def _whole(main: Channel, parts: Mapping[str, Channel], signal: str, entry: SignalName) -> tuple[Column, Column, str]:
+def _whole(main: Channel, parts: Mapping[str, Channel], signal: str, entry: SignalName) -> Content:
     """Content of a channel with its other parts, in the unit of the main one."""
-    time, values, written = main.content()
+    time, values, written, lost = main.content()
     given: dict[str, Column] = {}
     for key, part in parts.items():
-        its_time, its_values, its_unit = part.content()
+        its_time, its_values, its_unit, _ = part.content()
         if its_time is not time and not np.array_equal(its_time, time):
             raise NoSamples(f"has other times than {key} = {part.full_name}")
         given[key] = its_values
@@ -93,7 +112,7 @@ def _whole(main: Channel, parts: Mapping[str, Channel], signal: str, entry: Sign
             unit = named_unit(signal, entry, known, written)
             own = unit_of_plus(signal, entry, unit, its_unit, written, known)
             given[key] = its_values * (known[own] / known[unit])
-    return time, combined(values, given.get("plus"), given.get("sign_by")), written
+    return Content(time, combined(values, given.get("plus"), given.get("sign_by")), written, lost)
 
 
 def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[str]) -> list[Samples]:
@@ -108,7 +127,7 @@ def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[st
         if not is_named and suffix is None:
             continue
         try:
-            time, values, written = channel.content()
+            time, values, written, lost = channel.content()
         except NoSamples as why:
             notes.append(f"{signal}: {channel.called} {channel.name} {why}")
             continue
@@ -127,7 +146,7 @@ def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[st
         values = values * factor
         rank = 0 if is_named else 1
         name, label, called, stamps = channel.name, channel.label, channel.called, channel.stamps
-        given.append(samples(name, label, signal, time, values, name, rank, called, stamps))
+        given.append(samples(name, label, signal, time, values, name, rank, lost, called, stamps))
     return given
 
 
@@ -139,13 +158,14 @@ def samples(
     values: Column,
     kind: str,
     rank: int,
+    lost: Mapping[str, int],
     called: str = "channel",
     stamps: str = "",
 ) -> Samples:
     """A channel's samples of one signal; `values` in SI."""
     description = f"{called} {name}" + (f" ({label})" if label else "")
     labels = (name.lower(), kind.lower(), label.lower())
-    return Samples(signal, time, values, kind, description, rank, labels=labels, stamps=stamps)
+    return Samples(signal, time, values, kind, description, rank, labels=labels, stamps=stamps, lost=lost)
 
 
 def is_wanted(channel: Channel, names: Mapping[str, SignalName]) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from oncenter.account import WORDS
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.read.samples import Samples
 from oncenter.signals import ACCELERATION, ANGLE, ANGULAR_RATE, DEGREE, SIGNALS, TORQUE, Source, in_words, shown_unit
@@ -66,8 +67,7 @@ def choose(
             continue
         numbered = [samples for samples in having if samples.not_available < len(samples.values)]
         if not numbered:
-            silent = ", ".join(samples.description for samples in having)
-            notes.append(f"{signal}: no valid sample in {silent}")
+            notes.append(f"{signal}: no valid sample in {', '.join(map(_without_number, having))}")
             continue
         try:
             best = _named(numbered, signal, take, log) or _first(numbered, signal, log, candidates)
@@ -79,6 +79,16 @@ def choose(
         chosen.append(best)
         sources[signal] = _source(best, having)
     return chosen, sources
+
+
+def _without_number(samples: Samples) -> str:
+    """The source with the reasons, "VDC2 from 0x3E (all 3600 samples: the sender marks them as not available)"."""
+    if not samples.lost:
+        return samples.description
+    by_count = sorted(samples.lost.items(), key=lambda lost: -lost[1])
+    which = "all " if len(by_count) == 1 else ""
+    reasons = "; ".join(f"{which}{count} samples: {WORDS[reason][0]}" for reason, count in by_count)
+    return f"{samples.description} ({reasons})"
 
 
 def without_number(candidates: Sequence[Samples]) -> list[tuple[Samples, Source]]:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
+from oncenter.account import SignalAccount
 from oncenter.errors import OncenterError
 from oncenter.read.frames import Column
 from oncenter.read.samples import Samples, steps_of
+from oncenter.read.set_back import HOLE_S, SetBack, on_one_clock
 from oncenter.read.units import TIME, unit_by_suffix
 from oncenter.read.wording import counted
 from oncenter.signals import SIGNALS
@@ -20,7 +24,6 @@ SLOWEST_HZ, FASTEST_HZ = 20.0, 200.0  # of a table: range of the core
 RECORDED_MIN_HZ = 5.0  # of the angle in a log: it resolves steering up to 2 Hz, nearly all of normal driving
 RATE_SLACK = 0.03  # tolerance for clocks that run slow
 STEADY_JITTER = 0.05  # of the step
-HOLE_S = 5.0  # a longer gap in all signals has no rows
 BRIDGE_PERIODS, BRIDGE_MIN_S = 2.5, 0.05  # maximum distance of two samples for interpolation
 SLOWER = 0.75  # of a table's rate: at least every second cell of the column is then empty
 ON_TICK_S = 1e-6  # a sample this near to a tick is on it; epoch stamps resolve 0.24 us
@@ -30,17 +33,29 @@ LATEST_S = 1e11  # year 5138: a larger stamp is not in seconds
 PLAUSIBLE_MAX_HZ, PLAUSIBLE_MIN_HZ = 1100.0, 0.5
 _USUAL_HZ = 100.0  # of logs
 BACKWARD_SHARE = 0.1  # of the steps; more mean that the column is not a time
+DISORDER_SHARE = 0.5  # of the frames of a sender; more mean that they are in no order
 
 _SET_BY_RATE = ("steering_wheel_angle", "yaw_rate")
 
 
-def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[dict[str, Column], float]:
-    """Columns as `oncenter.signals.Signals.columns` and their rate in Hz.
+class Ticks(NamedTuple):
+    """Columns as `oncenter.signals.Signals.columns`, their rate, and what became of each signal's samples."""
+
+    columns: dict[str, Column]
+    rate_hz: float
+    accounts: dict[str, SignalAccount]
+
+
+def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str], set_back: SetBack | None = None) -> Ticks:
+    """The signals at common ticks. Where the clock was set back, times run backward in the table.
 
     A table with one steady time column for all signals is passed on unchanged. The core counts its repeated and
     backward stamps; backward ones also give a note. Exception: a table whose angle (or, without an angle, yaw rate) has
     a number in at most every second row is resampled. Frames are always resampled: on a live bus it is not predictable
     whether stamps stay steady, and a log must give the same result as the bus.
+
+    Args:
+        set_back: of frames, whose times are on one clock.
 
     Raises:
         OncenterError: too slow, too short, or time does not increase.
@@ -51,12 +66,82 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str]) -> tuple[
         every = math.ceil(rate / FASTEST_HZ - 1e-3)
         if every > 1:
             notes.append(f"recorded at {rate:.4g} Hz, reduced to {rate / every:.4g} Hz: one row in {every} is used")
-        columns = {SIGNALS[s.signal].column: _bridged_if_slower(s, rate) for s in chosen}
-        whole = {"time_s": chosen[0].time, **columns}
-        return {name: np.ascontiguousarray(column[::every]) for name, column in whole.items()}, rate / every
+        return _of_rows(chosen, rate, every)
+    if set_back is None:
+        chosen, set_back = on_one_clock(chosen)
     rate = resampling_rate(chosen, log)
-    notes += slow_notes(chosen, rate)
-    return _resampled([_in_order(samples, log, notes) for samples in chosen], rate), rate
+    notes += [*set_back.notes(log), *slow_notes(chosen, rate)]
+    ticks = _resampled([_in_order(samples, log, notes) for samples in chosen], rate)
+    ticks.columns["time_s"] = set_back.recorded(ticks.columns["time_s"])
+    return ticks
+
+
+def _of_rows(chosen: Sequence[Samples], rate: float, every: int) -> Ticks:
+    """The rows of a table, or one row in `every`. A row with the time of the row before is no tick: the core rejects
+    it."""
+    time = chosen[0].time
+    columns, accounts = {"time_s": np.ascontiguousarray(time[::every])}, {}
+    repeated = None if _increases(chosen[0]) else np.diff(time[::every], prepend=np.nan) == 0.0
+    for samples in chosen:
+        if _is_bridged(samples, rate):
+            column, account = _at(samples, columns["time_s"], {})
+        else:
+            column, account = samples.values[::every], _account_of_rows(samples, every, repeated)
+        columns[SIGNALS[samples.signal].column] = np.ascontiguousarray(column)
+        accounts[samples.signal] = account
+    return Ticks(columns, rate / every, accounts)
+
+
+def _account_of_rows(samples: Samples, every: int, repeated: npt.NDArray[np.bool_] | None) -> SignalAccount:
+    number = len(samples.values) - samples.not_available
+    rows = samples.values[::every]
+    at_rows = len(rows) if samples.complete else int(np.count_nonzero(~np.isnan(rows)))
+    twice = ticks_twice = 0
+    if repeated is not None:
+        twice, ticks_twice = int(np.count_nonzero(repeated & ~np.isnan(rows))), int(np.count_nonzero(repeated))
+    ticks, used = len(rows) - ticks_twice, at_rows - twice
+    lost = _with(samples.lost, "time_not_later", twice)
+    return account_of(samples, used, number - at_rows, lost, (ticks, used, 0, ticks - used))
+
+
+def _with(lost: Mapping[str, int], reason: str, count: int) -> dict[str, int]:
+    return {**lost, reason: lost.get(reason, 0) + count} if count else dict(lost)
+
+
+def samples_in_file(samples: Samples) -> int:
+    return len(samples.values) - samples.not_available + sum(samples.lost.values())
+
+
+def rows_not_later(samples: Samples) -> int:
+    """Rows whose time is not later than all times before, on one clock."""
+    if _increases(samples):
+        return 0
+    time = on_one_clock([samples])[0][0].time
+    return len(time) - int(np.count_nonzero(_is_later(time)))
+
+
+def _is_later(time: Column) -> npt.NDArray[np.bool_]:
+    """Whether each time is later than all before it."""
+    return np.concatenate(([True], time[1:] > np.maximum.accumulate(time)[:-1]))
+
+
+def account_of(
+    samples: Samples,
+    used: int,
+    superseded: int,
+    lost: Mapping[str, int],
+    ticks: tuple[int, int, int, int] = (0, 0, 0, 0),
+) -> SignalAccount:
+    """The account of a signal.
+
+    Args:
+        samples: before any was left out for its time.
+        lost: all counts by reason, with those of `samples`.
+        ticks: all, fresh, held, missing.
+    """
+    in_file = samples_in_file(samples) if samples.in_file is None else samples.in_file
+    beyond = 0 if samples.beyond is None else int(np.count_nonzero(samples.beyond.rows))
+    return SignalAccount(in_file, used, superseded, dict(lost), *ticks, outside_range=beyond)
 
 
 def resampling_rate(chosen: Sequence[Samples], log: str) -> float:
@@ -110,6 +195,13 @@ def refuse_time_out_of_range(candidates: Sequence[Samples], log: str) -> None:
         _refuse_implausible_rate(samples, log)
         first, last = _ends(samples)
         farthest = max(abs(first), abs(last))
+        if farthest > LATEST_S and samples.of_frames:
+            raise OncenterError(
+                f"the time stamps of {samples.description} in {log} reach {farthest:.3g} s, which no clock has: copy "
+                "or export the log again",
+                code="time_out_of_range",
+                needs=("time",),
+            )
         if farthest > LATEST_S:
             raise OncenterError(
                 f"time of {samples.time_description} in {log} reaches {farthest:.3g} s, so its unit is not s: give "
@@ -170,6 +262,15 @@ def _refuse_backward(samples: Samples, log: str) -> None:
     if not len(steps) or steps.min() > 0:
         return
     wrong = np.flatnonzero(~(steps > 0))
+    if samples.of_frames and len(wrong) == len(steps):
+        raise OncenterError(
+            f"the time stamps of {samples.description} in {log} never increase: record the log with the time of each "
+            "frame",
+            code="time_backward",
+            needs=("time",),
+        )
+    if samples.of_frames:
+        return
     if len(wrong) > max(1, BACKWARD_SHARE * len(steps)) or len(wrong) == len(steps) > 0:
         raise OncenterError(
             f"time does not increase in {log}: {len(wrong)} of {len(steps)} steps of {samples.time_description} are "
@@ -223,33 +324,50 @@ def _backward_notes(samples: Samples, log: str) -> list[str]:
 
 def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
     """The samples without those whose time is not later than all times before."""
-    latest = np.maximum.accumulate(samples.time)
-    later = np.concatenate(([True], samples.time[1:] > latest[:-1]))
+    later = _is_later(samples.time)
     if later.all():
         return samples
     dropped = len(later) - int(later.sum())
-    if dropped > BACKWARD_SHARE * len(later):
-        raise OncenterError(
-            f"time jumps backward in {log}: {dropped} of {len(later)} stamps of {samples.time_description} are earlier "
-            f"than a stamp before them, the first in row {int(np.flatnonzero(~later)[0]) + 1}: check the time column, "
-            "or split the log",
-            code="time_backward",
-            needs=("time",),
-        )
-    notes.append(
-        f"{samples.signal}: left out {counted(dropped, 'sample')} of {samples.description} "
-        "with repeated or earlier time"
+    _refuse_disorder(samples, later, log)
+    note = f"left out {counted(dropped, 'sample')} of {samples.description} with repeated or earlier time"
+    if note not in notes:
+        notes.append(note)
+    numbers = dropped if samples.complete else int(np.count_nonzero(~np.isnan(samples.values[~later])))
+    lost = _with(samples.lost, "time_not_later", numbers)
+    beyond = None if samples.beyond is None else replace(samples.beyond, rows=samples.beyond.rows[later])
+    time, values = samples.time[later], samples.values[later]
+    return replace(samples, time=time, values=values, steps=None, lost=lost, beyond=beyond)
+
+
+def _refuse_disorder(samples: Samples, later: npt.NDArray[np.bool_], log: str) -> None:
+    """
+    Raises:
+        OncenterError: many times are earlier than a time before them; of frames, repeated ones are no objection.
+    """
+    wrong = ~later
+    if samples.of_frames:
+        wrong &= samples.time < np.maximum.accumulate(samples.time)
+    count = int(np.count_nonzero(wrong))
+    if count <= (DISORDER_SHARE if samples.of_frames else BACKWARD_SHARE) * len(wrong):
+        return
+    first = int(np.argmax(wrong)) + 1
+    remedy = "sort its frames by time" if samples.of_frames else "check the time column, or split the log"
+    raise OncenterError(
+        f"time jumps backward in {log}: {count} of {len(wrong)} stamps of {samples.time_description} are earlier than "
+        f"a stamp before them, the first in {'frame' if samples.of_frames else 'row'} {first}: {remedy}",
+        code="time_backward",
+        needs=("time",),
     )
-    return replace(samples, time=samples.time[later], values=samples.values[later], steps=None)
 
 
-def _resampled(chosen: Sequence[Samples], rate: float) -> dict[str, Column]:
+def _resampled(chosen: Sequence[Samples], rate: float) -> Ticks:
     ticks = _ticks(chosen, rate)
     ways: dict[int, _Way] = {}  # shared by the signals of one message
-    columns = {}
+    columns, accounts = {"time_s": ticks}, {}
     for samples in chosen:
-        columns[SIGNALS[samples.signal].column] = _at(samples, ticks, ways)
-    return {"time_s": ticks, **columns}
+        column = SIGNALS[samples.signal].column
+        columns[column], accounts[samples.signal] = _at(samples, ticks, ways)
+    return Ticks(columns, rate, accounts)
 
 
 def _ticks(chosen: Sequence[Samples], rate: float) -> Column:
@@ -276,11 +394,9 @@ def tick_numbers(times: Column, origin_s: float, rate_hz: float) -> npt.NDArray[
     return np.concatenate([np.arange(a, b + 1) for a, b in zip(from_tick.tolist(), to_tick.tolist(), strict=True)])
 
 
-def _bridged_if_slower(samples: Samples, rate: float) -> Column:
-    """A column of a table at the table's rate; a slower signal's column, empty between its numbers, is interpolated."""
-    if not _is_slower(samples, rate) or not np.all(np.diff(samples.time) > 0):
-        return samples.values
-    return _at(samples, samples.time, {})
+def _is_bridged(samples: Samples, rate: float) -> bool:
+    """Whether a table's column is interpolated: that of a slower signal, which is empty between its numbers."""
+    return _is_slower(samples, rate) and bool(np.all(np.diff(samples.time) > 0))
 
 
 def _is_slower(samples: Samples, rate: float) -> bool:
@@ -294,19 +410,61 @@ class _Way:
     before: npt.NDArray[np.int64]
     weight: Column
     bridged: npt.NDArray[np.bool_]
+    near: npt.NDArray[np.bool_]  # by sample, whether the next one is near
+
+    @cached_property
+    def is_whole(self) -> bool:
+        """Whether all ticks are interpolated."""
+        return bool(self.bridged.all())
+
+    @cached_property
+    def counts(self) -> _Counts:
+        at, weight = self.before, self.weight
+        if not self.is_whole:
+            at, weight = at[self.bridged], weight[self.bridged]
+        used = np.zeros(len(self.near) + 1, bool)
+        if ((weight == 0.0) | (weight == 1.0)).any():
+            used[at[weight < 1.0]] = True
+            used[at[weight > 0.0] + 1] = True
+        else:
+            used[at] = used[at + 1] = True
+        lonely = ~used
+        lonely[:-1] &= ~self.near
+        lonely[1:] &= ~self.near
+        nearest = at + (weight >= 0.5)
+        fresh = int(np.count_nonzero(nearest[1:] != nearest[:-1])) + (len(nearest) > 0)
+        return _Counts(int(np.count_nonzero(used)), int(np.count_nonzero(lonely)), fresh, len(at) - fresh)
 
 
-def _at(samples: Samples, ticks: Column, ways: dict[int, _Way]) -> Column:
+class _Counts(NamedTuple):
+    """Samples that decide a tick, and samples too far from all others; ticks with a new sample, and without."""
+
+    used: int
+    lonely: int
+    fresh: int
+    held: int
+
+
+def _at(samples: Samples, ticks: Column, ways: dict[int, _Way]) -> tuple[Column, SignalAccount]:
     """A signal at the ticks: linear between two samples near each other, NaN elsewhere."""
-    available = ~np.isnan(samples.values)
-    if int(available.sum()) < 2:
-        return np.full(len(ticks), np.nan)
-    span = bridge_s(samples)
-    if not available.all():
-        return at_ticks(samples.signal, samples.time[available], samples.values[available], ticks, span)
-    if id(samples.time) not in ways:
-        ways[id(samples.time)] = _way(samples.time, ticks, span)
-    return _along(samples.signal, samples.values, ways[id(samples.time)])
+    number = len(samples.values) - samples.not_available
+    if number < 2:
+        account = account_of(samples, 0, 0, _with(samples.lost, "no_neighbour", number), (len(ticks), 0, 0, len(ticks)))
+        return np.full(len(ticks), np.nan), account
+    time, values = samples.time, samples.values
+    if number < len(values):
+        available = ~np.isnan(values)
+        time, values = time[available], values[available]
+        way = _way(time, ticks, bridge_s(samples))
+    else:
+        if id(time) not in ways:
+            ways[id(time)] = _way(time, ticks, bridge_s(samples))
+        way = ways[id(time)]
+    column, counts = _along(samples.signal, values, way), way.counts
+    lost = _with(samples.lost, "no_neighbour", counts.lonely)
+    missing = 0 if way.is_whole else int(np.count_nonzero(np.isnan(column)))
+    of_ticks = len(ticks), counts.fresh, counts.held, missing
+    return column, account_of(samples, counts.used, number - counts.used - counts.lonely, lost, of_ticks)
 
 
 def bridge_s(samples: Samples) -> float:
@@ -327,7 +485,8 @@ def _along(signal: str, values: Column, way: _Way) -> Column:
         found = np.mod(_between(np.unwrap(values, period=360.0), way), 360.0)
     else:
         found = _between(values, way)
-    found[~way.bridged] = np.nan
+    if not way.is_whole:
+        found[~way.bridged] = np.nan
     return found
 
 
@@ -341,9 +500,10 @@ def _way(time: Column, ticks: Column, span: float) -> _Way:
     step = time[before + 1] - time[before]
     since = ticks - time[before]
     weight = since / step
-    inside = (since > 0) & (since < step) & (step <= span * (1 + 1e-9))
+    near = np.diff(time) <= span * (1 + 1e-9)
+    inside = (since > 0) & (since < step) & near[before]
     at_start = ~inside & (np.abs(since) <= ON_TICK_S)
     at_end = ~inside & (np.abs(since - step) <= ON_TICK_S)
     weight[at_start] = 0.0
     weight[at_end] = 1.0
-    return _Way(before, weight, inside | at_start | at_end)
+    return _Way(before, weight, inside | at_start | at_end, near)

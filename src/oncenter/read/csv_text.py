@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
-from oncenter.read.cut_off import CutOff
+from oncenter.read.left_out import CutOff
 from oncenter.read.wording import damaged
 
 _SHORT_ROWS_SHARE = 0.01  # of the rows; more mean that the program leaves out empty cells, not damage
@@ -82,7 +82,7 @@ def without_cut_off_row(path: Path, text: bytes, separator: str, notes: list[str
     rows = (header, before) if before.strip() else (header,)  # some programs leave out empty cells at rows' ends
     if _cells(last, separator) >= min(_cells(row, separator) for row in rows):
         return text
-    notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
+    notes.append(CutOff(f"the last line of {path.name} is cut off and was left out", number=1))
     return text[: end + 1]
 
 

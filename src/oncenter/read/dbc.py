@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +18,9 @@ import numpy.typing as npt
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read import j1939
 from oncenter.read.database_file import messages_of, printable
-from oncenter.read.frames import PGN_COUNT, Column, Frames, Kept, bus_name, pgn_of
+from oncenter.read.frames import Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
-from oncenter.read.samples import Samples
+from oncenter.read.samples import Beyond, Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
 from oncenter.read.wording import ASSIGN_THEM
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
@@ -274,20 +275,20 @@ def _by_spn_or_name(layout: Signal, notes: list[str]) -> list[Field]:
 
 def samples(kept: Kept, found: Sequence[Definition]) -> list[Samples]:
     """Every signal of every source described by the databases."""
-    pgn = np.where(kept.frames.extended, pgn_of(kept.frames.identifier), PGN_COUNT)
     given: list[Samples] = []
     for definition in found:
-        message = definition.message
-        if definition.pgn is None:
-            matching = ~kept.frames.extended & (kept.frames.identifier == message.frame_id)
-        else:
-            # Two messages of one parameter group differ only in the rest of the identifier.
-            rivals = sum(other.pgn == definition.pgn for other in found)
-            matching = pgn == definition.pgn
-            if rivals > 1:
-                matching &= kept.frames.identifier == message.frame_id
-        given += _samples_of(definition, kept.frames.where(matching))
+        given += _samples_of(definition, kept.frames.where(matching(definition, kept.frames, found)))
     return given
+
+
+def matching(definition: Definition, frames: Frames, found: Sequence[Definition]) -> npt.NDArray[np.bool_]:
+    """Which frames are of the message; two messages of one parameter group differ in the rest of the identifier."""
+    its_identifier: npt.NDArray[np.bool_] = frames.identifier == definition.message.frame_id
+    if definition.pgn is None:
+        return ~frames.extended & its_identifier
+    of_group: npt.NDArray[np.bool_] = frames.extended & (pgn_of(frames.identifier) == definition.pgn)
+    rivals = sum(other.pgn == definition.pgn for other in found)
+    return of_group & its_identifier if rivals > 1 else of_group
 
 
 def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
@@ -303,17 +304,20 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
         farther = int(_is_of_another_sender(definition, source) and definition.pgn in _PROPRIETARY)
         given += [
             Samples(
-                signal,
-                time,
-                values,
+                each.signal,
+                each.time,
+                each.values,
                 definition.name,
                 description,
-                rank + farther,
+                each.rank + farther,
                 source if message.is_extended_frame else None,
                 labels,
                 of_frames=True,
+                lost=each.lost,
+                in_file=len(on_bus),
+                beyond=each.beyond,
             )
-            for signal, time, values, rank in _values(definition, on_bus)
+            for each in _values(definition, on_bus)
         ]
     return given
 
@@ -332,33 +336,85 @@ def _sender(definition: Definition, source: int) -> str:
     return f"{definition.name} from 0x{source:02X}"
 
 
-def _values(definition: Definition, frames: Frames) -> list[tuple[str, Column, Column, int]]:
-    """Signals of one source: name, time, values in SI, and rank. Signals named in `[signals]` rank first."""
+class _Values(NamedTuple):
+    """A signal of one source, in SI."""
+
+    signal: str
+    time: Column
+    values: Column
+    rank: int
+    lost: dict[str, int]
+    beyond: Beyond | None
+
+
+def _values(definition: Definition, frames: Frames) -> list[_Values]:
+    """Signals of one source. Signals named in `[signals]` rank first."""
     message, direct = definition.message, []
+    groups: dict[int, dict[int, Decoded]] = {}
     for field in definition.fields:
-        if field.signal is not None:
-            having = frames.where(np.all([_has(message, part, frames) for part in field.layouts], axis=0))
-            if not len(having):  # its multiplexer never selects it
-                continue
-            direct.append((field.signal, having.time, _whole(field, having), -1))
-    groups: dict[int, dict[int, Column]] = {}
-    for field in definition.fields:
+        having = np.all([_has(message, part, frames) for part in field.layouts], axis=0)
+        if field.signal is not None and having.any():  # else its multiplexer never selects it
+            direct.append(_direct(message, field, frames.where(having), len(frames)))
         if field.parameter is not None and field.group is not None:
-            values = decode(field.layout, frames) * field.factor
-            values[~_has(message, field.layout, frames)] = np.nan
-            groups.setdefault(field.group.pgn, {})[field.parameter.spn] = values
-    return direct + [
-        (signal, frames.time, values, j1939.rank(signal, j1939.MESSAGES[pgn].name))
-        for pgn, by_spn in groups.items()
-        for signal, values in j1939.signals_of(j1939.MESSAGES[pgn], by_spn).items()
-    ]
+            found = decoded(field.layout, frames)
+            found.values[~having] = np.nan
+            found.why[~having] = _REASONS.index("other_multiplexer_page")
+            found = found._replace(values=found.values * field.factor, beyond=found.beyond & having)
+            groups.setdefault(field.group.pgn, {})[field.parameter.spn] = found
+    of_groups = (_of_group(definition, j1939.MESSAGES[pgn], by_spn, frames) for pgn, by_spn in groups.items())
+    return [*direct, *(each for group in of_groups for each in group)]
 
 
-def _whole(field: Field, frames: Frames) -> Column:
-    """A field's values in SI, from all its parts."""
-    plus = None if field.plus is None else decode(field.plus[0], frames) * field.plus[1]
-    sign = None if field.sign_by is None else decode(field.sign_by, frames)
-    return combined(decode(field.layout, frames) * field.factor, plus, sign)
+def _direct(message: Message, field: Field, frames: Frames, in_file: int) -> _Values:
+    assert field.signal is not None
+    found, lost = _whole(field, frames), {}
+    if len(frames) < in_file:
+        lost["other_multiplexer_page"] = in_file - len(frames)
+    beyond = _beyond(message, field.layout, found.beyond)
+    return _Values(field.signal, frames.time, found.values, -1, lost | _counts(found.why), beyond)
+
+
+def _of_group(
+    definition: Definition, group: j1939.Message, by_spn: Mapping[int, Decoded], frames: Frames
+) -> list[_Values]:
+    """The signals of J1939 parameters, some of which need several."""
+    layouts = {field.parameter.spn: field.layout for field in definition.fields if field.parameter is not None}
+    given = []
+    for signal, values in j1939.signals_of(group, {spn: each.values for spn, each in by_spn.items()}).items():
+        parts = [parameter.spn for parameter in j1939.parts_of(group, signal)]
+        why = by_spn[parts[0]].why
+        for spn in parts[1:]:
+            why = np.where(why == 0, by_spn[spn].why, why)
+        rows = np.logical_or.reduce([by_spn[spn].beyond for spn in parts])
+        beyond = _beyond(definition.message, layouts[parts[-1]], rows)
+        rank = j1939.rank(signal, group.name)
+        given.append(_Values(signal, frames.time, values, rank, _counts(why), beyond))
+    return given
+
+
+def _counts(why: npt.NDArray[np.uint8]) -> dict[str, int]:
+    counts = np.bincount(why, minlength=len(_REASONS)).tolist()
+    return {reason: count for reason, count in zip(_REASONS[1:], counts[1:], strict=True) if count}
+
+
+def _beyond(message: Message, layout: Signal, rows: npt.NDArray[np.bool_]) -> Beyond | None:
+    if not rows.any():
+        return None
+    name, unit = printable(f"{message.name}.{layout.name}"), printable(layout.unit or "")
+    return Beyond(rows, name, _float(layout.minimum), _float(layout.maximum), unit)
+
+
+def _whole(field: Field, frames: Frames) -> Decoded:
+    """A field's values in SI, from all its parts; the reason of the first part without a value."""
+    found = decoded(field.layout, frames)
+    plus = None if field.plus is None else decoded(field.plus[0], frames)
+    sign = None if field.sign_by is None else decoded(field.sign_by, frames)
+    why = found.why
+    for part in (plus, sign):
+        why = why if part is None else np.where(why == 0, part.why, why)
+    of_plus = None if plus is None or field.plus is None else plus.values * field.plus[1]
+    values = combined(found.values * field.factor, of_plus, None if sign is None else sign.values)
+    return found._replace(values=values, why=why)
 
 
 def _has(message: Message, layout: Signal, frames: Frames) -> npt.NDArray[np.bool_]:
@@ -369,23 +425,85 @@ def _has(message: Message, layout: Signal, frames: Frames) -> npt.NDArray[np.boo
     return has
 
 
-def decode(layout: Signal, frames: Frames) -> Column:
-    """A database signal of many frames in its unit; NaN where the frame is too short or the value is invalid.
+_REASONS = (
+    "",
+    "not_available",
+    "error_code",
+    "reserved_code",
+    "frame_too_short",
+    "other_multiplexer_page",
+)
+_NOT_AVAILABLE, _ERROR, _RESERVED, _TOO_SHORT = 1, 2, 3, 4
+_NAMED_CODES = re.compile(r"(?<!\bno )\b(sna|n/?a|not[ _]?available|invalid|error|fault|undefined)\b", re.IGNORECASE)
+_CODES_FROM_BITS = 6  # shorter signals have hardly room for a code
 
-    Invalid are, in 29-bit messages, the values that J1939 reserves (top byte 0xFB and above), and values outside the
-    range in the database.
+
+class Decoded(NamedTuple):
+    """Values in the unit of the database, NaN for none; `why` is then a place in `_REASONS`, else 0; `beyond`: outside
+    the range of the database, and no code."""
+
+    values: Column
+    why: npt.NDArray[np.uint8]
+    beyond: npt.NDArray[np.bool_]
+
+
+def decode(layout: Signal, frames: Frames) -> Column:
+    """The values of `decoded`."""
+    return decoded(layout, frames).values
+
+
+def decoded(layout: Signal, frames: Frames) -> Decoded:
+    """A database signal of many frames.
+
+    No number is a code that J1939 reserves in 29-bit messages (top byte 0xFB and above), a code that the database names
+    as invalid, and, outside the range of the database, a code at the end of the bits: all ones, one less, or all zeros.
+    A range is often a placeholder, so it alone makes no value invalid.
     """
     raw = _raw(layout, frames)
     values = _number(raw, layout) * float(layout.scale) + float(layout.offset)
-    values[frames.length.astype(np.int64) * 8 < _place(layout)[1]] = np.nan
+    beyond = _outside(layout, values)
+    why = np.zeros(len(values), np.uint8)
+    why[np.isnan(values)] = _NOT_AVAILABLE
+    if beyond.any():
+        why[beyond & np.isin(raw, _codes_at_ends(layout, _ERROR))] = _ERROR
+        why[beyond & np.isin(raw, _codes_at_ends(layout, _NOT_AVAILABLE))] = _NOT_AVAILABLE
+    if layout.choices:
+        mask = (1 << layout.length) - 1
+        named = [int(code) & mask for code, name in layout.choices.items() if _NAMED_CODES.search(_words_of(name))]
+        why[np.isin(raw, np.array(named, np.uint64))] = _ERROR
     if layout.length in (8, 16, 32) and not layout.is_signed and not layout.is_float:
-        reserved = raw >> np.uint64(layout.length - 8) > 0xFA
-        values[reserved & frames.extended] = np.nan
+        top = raw >> np.uint64(layout.length - 8)
+        for least, most, reason in ((0xFB, 0xFD, _RESERVED), (0xFE, 0xFE, _ERROR), (0xFF, 0xFF, _NOT_AVAILABLE)):
+            why[(top >= least) & (top <= most) & frames.extended] = reason
+    why[frames.length.astype(np.int64) * 8 < _place(layout)[1]] = _TOO_SHORT
+    values[why != 0] = np.nan
+    return Decoded(values, why, beyond & (why == 0))
+
+
+def _words_of(name: object) -> str:
+    """A value's name with words apart: `Signal_Not_Available`, `SNA`."""
+    return str(name).replace("_", " ")
+
+
+def _outside(layout: Signal, values: Column) -> npt.NDArray[np.bool_]:
     low, high = _float(layout.minimum), _float(layout.maximum)
-    if layout.minimum is not None and layout.maximum is not None and high > low:
-        slack = abs(float(layout.scale))
-        values[(values < low - slack) | (values > high + slack)] = np.nan
-    return values
+    if layout.minimum is None or layout.maximum is None or not high > low:
+        return np.zeros(len(values), bool)
+    slack = abs(float(layout.scale))
+    return (values < low - slack) | (values > high + slack)
+
+
+def _codes_at_ends(layout: Signal, reason: int) -> npt.NDArray[np.uint64]:
+    """Raw values at the ends of the bits. All zeros are a code only where they do not mean zero."""
+    if layout.is_float or layout.length < _CODES_FROM_BITS:
+        return np.empty(0, np.uint64)
+    ones = (1 << layout.length) - 1
+    if layout.is_signed:
+        highest, lowest = ones >> 1, (ones >> 1) + 1
+        codes = [highest, lowest] if reason == _NOT_AVAILABLE else [highest - 1, lowest + 1]
+    else:
+        codes = [ones] if reason == _NOT_AVAILABLE else [ones - 1, *([0] if layout.offset else [])]
+    return np.array(codes, np.uint64)
 
 
 def _raw(layout: Signal, frames: Frames) -> npt.NDArray[np.uint64]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from oncenter.read import dbc as databases
 from oncenter.read import j1939
-from oncenter.read.frames import Kept, Wanted
+from oncenter.read.frames import Frames, Kept, Wanted, with_groups
 from oncenter.read.samples import Samples
 
 
@@ -15,6 +17,16 @@ def wanted_by(described: Sequence[databases.Definition]) -> Wanted:
     described_pgns = frozenset(definition.pgn for definition in described if definition.pgn is not None)
     standard_ids = frozenset(definition.message.frame_id for definition in described if definition.pgn is None)
     return Wanted(frozenset(j1939.MESSAGES) | described_pgns, standard_ids)
+
+
+def with_signals(frames: Frames, described: Sequence[databases.Definition]) -> int:
+    """The number of wanted frames that `decode` uses."""
+    if not described:
+        return len(frames)
+    having = with_groups(frames, j1939.MESSAGES)
+    for definition in described:
+        having |= databases.matching(definition, frames, described)
+    return int(np.count_nonzero(having))
 
 
 def decode(kept: Kept, described: Sequence[databases.Definition], decoded: Sequence[Samples] = ()) -> list[Samples]:

@@ -6,21 +6,24 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import OF_BAGS, OF_FRAMES, Format, imported
 from oncenter.read import dbc as databases
 from oncenter.read import identity, j1939
-from oncenter.read.as_signals import as_signals
-from oncenter.read.cut_off import short_frames_notes
-from oncenter.read.decode import decode, wanted_by
+from oncenter.read.as_signals import FrameCount, as_signals
+from oncenter.read.database_range import within_signals
+from oncenter.read.decode import decode, wanted_by, with_signals
 from oncenter.read.frames import Kept, keep, with_groups
 from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.identity import NOT_STATED, Identity
+from oncenter.read.left_out import short_frames_notes
 from oncenter.read.mdf_comment import vin_in_header
 from oncenter.read.plugins import known_format, plugin_for, read_plugin
 from oncenter.read.samples import Samples
+from oncenter.read.set_back import SetBack, frames_on_one_clock
 from oncenter.read.wording import cannot_read
 from oncenter.signals import SignalName, Signals
 
@@ -39,21 +42,21 @@ def read_here(
     """
     plugin = plugin_for(path)
     notes: list[str] = []
-    about = NOT_STATED
     before = path.stat()
     progress(0.0)
-    if plugin is not None:
-        candidates, about = read_plugin(path, plugin, names, notes)
+    log_format = None if plugin is not None else known_format(Path(OF_BAGS[0]) if is_bag_folder(path) else path)
+    if log_format is not None and log_format.suffixes[0] in OF_FRAMES:
+        bus = _from_bus(path, log_format, names, dbc, notes, progress)
+        _note_a_change(path, before, notes)
+        signals = as_signals(path, bus.candidates, take, notes, Identity(bus.vin), bus.frames, bus.set_back)
     else:
-        log_format = known_format(Path(OF_BAGS[0]) if is_bag_folder(path) else path)
-        if log_format.suffixes[0] in OF_FRAMES:
-            candidates, about = _from_bus(path, log_format, names, dbc, notes, progress)
-        elif log_format.content == "columns":
-            candidates, about = imported(log_format.reader)(path, names, notes)
+        if plugin is not None:
+            candidates, about = read_plugin(path, plugin, names, notes)
         else:
-            candidates = imported(log_format.reader)(path, names, notes)
-    _note_a_change(path, before, notes)
-    signals = as_signals(path, candidates, take, notes, about)
+            assert log_format is not None
+            candidates, about = _not_of_frames(path, log_format, names, notes)
+        _note_a_change(path, before, notes)
+        signals = as_signals(path, candidates, take, notes, about)
     progress(1.0)
     return signals
 
@@ -76,6 +79,25 @@ def _note_a_change(path: Path, before: os.stat_result, notes: list[str]) -> None
         notes.append(f"{path.name} changed during reading: read it again for the rest")
 
 
+def _not_of_frames(
+    path: Path, log_format: Format, names: Mapping[str, SignalName], notes: list[str]
+) -> tuple[list[Samples], Identity]:
+    read = imported(log_format.reader)
+    if log_format.content == "columns":
+        found: tuple[list[Samples], Identity] = read(path, names, notes)
+        return found
+    return read(path, names, notes), NOT_STATED
+
+
+class _Bus(NamedTuple):
+    """A log of frames. Without frames, `frames` and `set_back` are None."""
+
+    candidates: list[Samples]
+    vin: str | None
+    frames: FrameCount | None
+    set_back: SetBack | None
+
+
 def _from_bus(
     path: Path,
     log_format: Format,
@@ -83,8 +105,8 @@ def _from_bus(
     dbc: Sequence[str | os.PathLike[str]],
     notes: list[str],
     progress: Callable[[float], None],
-) -> tuple[list[Samples], Identity]:
-    """Signals of a log of frames, and its truck. A database replaces the J1939 layout of the messages it describes."""
+) -> _Bus:
+    """Signals of a log of frames. A database replaces the J1939 layout of the messages it describes."""
     described = databases.definitions(dbc, names, notes)
     wanted = wanted_by(described)
     others = identity.PGNS - wanted.pgns
@@ -99,39 +121,45 @@ def _from_bus(
     if others:
         kept = replace(kept, frames=kept.frames.where(~with_groups(kept.frames, others)))
     notes += short_frames_notes(kept.frames, path.name)
-    candidates = decode(kept, described, decoded)
+    frames, set_back = frames_on_one_clock(kept.frames)
+    kept = replace(kept, frames=frames)
+    candidates = within_signals(decode(kept, described, decoded), notes)
     if not candidates:
         raise _no_signal_recognised(path, log_format, kept, described, notes)
-    return candidates, Identity(vin)
+    if not kept.total:
+        return _Bus(candidates, vin, None, None)
+    count = FrameCount(kept.total, with_signals(frames, described))
+    return _Bus(candidates, vin, count, None if decoded and not len(frames) else set_back)
 
 
 def _no_signal_recognised(
     path: Path, log_format: Format, kept: Kept, described: Sequence[databases.Definition], notes: Sequence[str]
 ) -> OncenterError:
     if kept.total == 0:
-        limits = f" ({log_format.limits})" if log_format.limits else ""
+        limits = f" ({log_format.limits})" if log_format.limits and not notes else ""
         why = f": {'; '.join(notes)}" if notes else ""
         return OncenterError(f"no CAN data frames in {path.name}{limits}{why}", code="empty_log")
     if described:
         messages = ", ".join(f"{d.message.name} (0x{d.message.frame_id:X})" for d in described)
+        why = f"{path.name} has none of the messages that the database describes: {messages}"
         return OncenterError(
-            f"{path.name} has none of the messages that the database describes: {messages}; check that the database is "
-            "of this network",
+            "; ".join([why, "check that the database is of this network", *notes]),
             code="missing_signal",
             needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
         )
-    if kept.standard_frames == kept.total and notes:
-        return OncenterError(f"{path.name}: {'; '.join(notes)}", code="not_j1939")
     if kept.standard_frames == kept.total:
-        return OncenterError(
-            f"{path.name} has only 11-bit identifiers ({kept.total} frames), so it is not J1939: give the network's "
-            "DBC with --dbc and assign its signals in the [signals] table of a vehicle file",
-            code="not_j1939",
+        why = (
+            f"{path.name} has only 11-bit identifiers ({kept.total} frames), so it is not J1939, and no frame has a "
+            "steering wheel angle"
         )
+        remedy = "give the network's DBC with --dbc and assign its signals in the [signals] table of a vehicle file"
+        return OncenterError("; ".join([f"{why}: {remedy}", *notes]), code="not_j1939")
+    why = (
+        f"no frame has a steering wheel angle ({j1939.home('steering_wheel_angle')}) or another signal of oncenter in "
+        f"{path.name}; found: PGN {j1939.found_groups(kept)}"
+    )
     return OncenterError(
-        f"no steering wheel angle ({j1939.home('steering_wheel_angle')}) and no other signal recognised in "
-        f"{path.name}; found: PGN {j1939.found_groups(kept)}; "
-        "if one of them has the angle, describe it in a DBC (--dbc)",
+        "; ".join([why, "if one of them has the angle, describe it in a DBC (--dbc)", *notes]),
         code="missing_signal",
         needs=("steering_wheel_angle", "yaw_rate", "vehicle_speed"),
     )

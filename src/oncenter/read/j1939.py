@@ -5,7 +5,7 @@ Layouts from public documentation. `dbc/oncenter_j1939.dbc` describes them for o
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -190,6 +190,32 @@ def decode(parameter: Parameter, frames: Frames) -> Column:
     return values
 
 
+def why_no_number(parameters: Sequence[Parameter], frames: Frames) -> dict[str, int]:
+    """By reason, the number of frames in which one of the parameters is no valid number: of the first such one."""
+    reasons = np.zeros(len(frames), np.int64)
+    for parameter in parameters:
+        raw = (frames.data >> np.uint64(parameter.shift)) & np.uint64((1 << parameter.bits) - 1)
+        top = (raw >> np.uint64(max(parameter.bits - 8, 0))).astype(np.int64)
+        error = (1 << min(parameter.bits, 8)) - 2  # all ones mean not available, one less an error
+        code = np.where(top > error, 1, np.where(top == error, 2, 3))
+        code[frames.length.astype(np.int64) * 8 < parameter.shift + parameter.bits] = 4
+        code[raw <= parameter.largest_number] = 0
+        reasons = np.where(reasons == 0, code, reasons)
+    counts = np.bincount(reasons, minlength=5)[1:].tolist()
+    return {reason: count for reason, count in zip(_REASONS, counts, strict=True) if count}
+
+
+_REASONS = ("not_available", "error_code", "reserved_code", "frame_too_short")
+
+
+def parts_of(message: Message, signal: str) -> tuple[Parameter, ...]:
+    """The parameters that a signal of the message needs."""
+    own = tuple(parameter for parameter in message.parameters if parameter.signal == signal)
+    if not own:  # the mean of HRW's wheels
+        return message.parameters
+    return (message.parameters[0], *own) if own[0].relative else own
+
+
 def signals_of(message: Message, values: Mapping[int, Column]) -> dict[str, Column]:
     """The signals in SI of a message's parameters (by SPN, in their units)."""
     given: dict[str, Column] = {}
@@ -239,8 +265,11 @@ def samples(kept: Kept) -> list[Samples]:
 def _samples_of_source(message: Message, address: int, bus: str, frames: Frames) -> list[Samples]:
     values = {parameter.spn: decode(parameter, frames) for parameter in message.parameters}
     description = f"{message.name} from 0x{address:02X}" + (f" on {bus}" if bus else "")
-    return [
-        Samples(
+    given = []
+    for signal, column in signals_of(message, values).items():
+        gone = np.isnan(column)
+        lost = why_no_number(parts_of(message, signal), frames.where(gone)) if gone.any() else {}
+        samples = Samples(
             signal,
             frames.time,
             column,
@@ -250,9 +279,12 @@ def _samples_of_source(message: Message, address: int, bus: str, frames: Frames)
             address,
             (message.name.lower(), f"0x{address:02x}", *([bus.lower()] if bus else [])),
             of_frames=True,
+            complete=not lost,
+            lost=lost,
+            in_file=len(frames),
         )
-        for signal, column in signals_of(message, values).items()
-    ]
+        given.append(samples)
+    return given
 
 
 def found_groups(kept: Kept) -> str:

@@ -19,7 +19,16 @@ import polars as pl
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.regular_file import open_regular_file
-from oncenter.read.channels import Channel, NoSamples, no_signal_recognised, not_there, samples_of, with_parts
+from oncenter.read.channels import (
+    Channel,
+    Content,
+    NoSamples,
+    no_signal_recognised,
+    not_there,
+    samples_of,
+    with_parts,
+    without_zeros,
+)
 from oncenter.read.frames import Column
 from oncenter.read.mat_values import Budget, Opaque, Value
 from oncenter.read.samples import Samples
@@ -269,8 +278,13 @@ def _columns_of(value: Any, rows: int) -> list[tuple[str, Any]]:
     return [(f"({k + 1},:)", value[k]) for k in range(high)] if high <= _COLUMNS_MAX else []
 
 
-def _content(column: Any, time: _Time, unit: str) -> tuple[Column, Column, str]:
+def _content(column: Any, time: _Time, unit: str) -> Content:
     if len(column) != time.rows:
         raise NoSamples(f"has {len(column)} values, but {time.name} has {time.rows}")
-    values = column.astype(np.float64)[time.kept]
-    return time.seconds, np.where(np.isfinite(values), values, np.nan), unit
+    cells = column.astype(np.float64)
+    values = cells[time.kept]
+    lost = {
+        "without_time": int(np.count_nonzero(~np.isnan(cells[~time.kept]))),
+        "infinite": int(np.count_nonzero(np.isinf(values))),
+    }
+    return Content(time.seconds, np.where(np.isfinite(values), values, np.nan), unit, without_zeros(lost))

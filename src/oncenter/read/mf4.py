@@ -27,11 +27,12 @@ import numpy.typing as npt
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
 from oncenter.read import j1939
-from oncenter.read.channels import Channel, NoSamples, samples, samples_of, with_parts
+from oncenter.read.channels import Channel, Content, NoSamples, samples, samples_of, with_parts, without_zeros
 from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
-from oncenter.read.cut_off import CutOff
 from oncenter.read.frames import Column, Frames, Kept, Wanted, bus_code, keep
+from oncenter.read.left_out import CutOff, left_out_frames
 from oncenter.read.samples import Samples
+from oncenter.read.set_back import pieces_of
 from oncenter.read.units import factors, unit_key
 from oncenter.read.wording import ASSIGN_THEM, damaged, reason_of
 from oncenter.signals import SignalName
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     from asammdf import MDF
 
 FRAME_CHANNEL = "CAN_DataFrame"
+_FRAMES_WITHOUT_DATA = {"CAN_ErrorFrame": "error_frame", "CAN_RemoteFrame": "remote_frame"}
 _ALONE = threading.Lock()
 _PARAMETERS = {p.name.lower(): (m, p) for m in j1939.MESSAGES.values() for p in m.parameters}
 
@@ -61,13 +63,15 @@ def read(
         log = _Log(path, mdf)
         if _was_never_closed(path):
             notes.append(CutOff(f"the logger did not close {path.name}: it was read up to its last complete record"))
-        kept = keep(_frames(log, progress), wanted)
+        no_data: Counter[str] = Counter()
+        kept = keep(_frames(log, progress, no_data), wanted)
+        notes += left_out_frames(path.name, no_data)
         decoded = _decoded(log, names, notes)
         if not decoded and not kept.total:
             raise _no_signal_recognised(path, mdf, notes)
-    in_time = np.argsort(kept.frames.time, kind="stable")
-    frames = Frames(*(getattr(kept.frames, column)[in_time] for column in Frames.__dataclass_fields__))
-    return Kept(frames, kept.pgn_frames, kept.standard_frames), decoded
+    # the groups of a file are behind one another
+    in_time = np.lexsort((kept.frames.time, pieces_of(kept.frames)))
+    return Kept(kept.frames.where(in_time), kept.pgn_frames, kept.standard_frames), decoded
 
 
 def _no_signal_recognised(path: Path, mdf: MDF, notes: list[str]) -> OncenterError:
@@ -246,16 +250,18 @@ class _Log:
         return group
 
 
-def _frames(log: _Log, progress: Callable[[float], None]) -> Iterator[Frames]:
+def _frames(log: _Log, progress: Callable[[float], None], no_data: Counter[str]) -> Iterator[Frames]:
     filled = _filled_groups(log.mdf)
     for done, group in enumerate(filled):
         progress(done / len(filled))
         channels = [channel.name for channel in log.mdf.groups[group].channels]
+        for name, reason in _FRAMES_WITHOUT_DATA.items():
+            no_data[reason] += log.mdf.groups[group].channel_group.cycles_nr if name in channels else 0
         if FRAME_CHANNEL in channels:
-            yield _frames_of_group(log, group, channels)
+            yield _frames_of_group(log, group, channels, no_data)
 
 
-def _frames_of_group(log: _Log, group: int, channels: list[str]) -> Frames:
+def _frames_of_group(log: _Log, group: int, channels: list[str], no_data: Counter[str]) -> Frames:
     fields, invalid = log.raw(group, channels.index(FRAME_CHANNEL))
 
     def field(name: str, otherwise: int) -> npt.NDArray[Any]:
@@ -269,7 +275,8 @@ def _frames_of_group(log: _Log, group: int, channels: list[str]) -> Frames:
     extended = field("IDE", 0).astype(bool) | (identifier >> np.uint32(31) == 1)
     bytes_ = np.asarray(fields[f"{FRAME_CHANNEL}.DataBytes"])
     width = min(bytes_.shape[1], 8)
-    length = np.minimum(field("DataLength", width).astype(np.int64), 8)
+    written = field("DataLength", width).astype(np.int64)
+    length = np.minimum(written, 8)
     padded = np.full((len(fields), 8), 0xFF, np.uint8)
     padded[:, :width] = bytes_[:, :width]
     padded[np.arange(8) >= length[:, None]] = 0xFF
@@ -285,10 +292,14 @@ def _frames_of_group(log: _Log, group: int, channels: list[str]) -> Frames:
         length.astype(np.uint8),
         bus,
     )
-    chosen = ~field("EDL", 0).astype(bool)  # not CAN FD
+    without = {"can_fd": field("EDL", 0).astype(bool) & (written > 8), "remote_frame": field("RTR", 0).astype(bool)}
     if invalid is not None:
-        chosen &= ~invalid
-    return frames if chosen.all() else frames.where(chosen)
+        without = {"invalid_bit": invalid, **without}
+    chosen = np.ones(len(frames), bool)
+    for reason, frames_without in without.items():
+        no_data[reason] += int(np.count_nonzero(chosen & frames_without))
+        chosen &= ~frames_without
+    return frames.where(chosen)
 
 
 def _field(log: _Log, group: int, index: int, stored: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -339,8 +350,8 @@ class _Group:
         acquired = log.mdf.groups[group].channel_group
         self.label = str(getattr(acquired, "acq_name", "") or "")
 
-    def content(self, index: int) -> tuple[Column, Column, str]:
-        """Time, values and unit of a channel, NaN where invalid.
+    def content(self, index: int) -> Content:
+        """A channel, NaN where invalid.
 
         Raises:
             NoSamples: it contains no numbers.
@@ -350,13 +361,21 @@ class _Group:
             values = self._log.physical(self._group, index, raw)
         except NoNumbers:
             raise NoSamples("contains no numbers") from None
+        lost = {"no_number": int(np.count_nonzero(np.isnan(values) & _is_number(raw)))}
         if invalid is not None:
+            lost["no_number"] -= int(np.count_nonzero(invalid & np.isnan(values) & _is_number(raw)))
+            lost["invalid_bit"] = int(np.count_nonzero(invalid))
             values[invalid] = np.nan
         if self._time is None:
             self._time = self._log.time(self._group)
         if len(self._time) != len(values):
             raise ValueError(f"a channel has {len(values)} values for {len(self._time)} times")
-        return self._time, values, self._log.unit(self._group, index)
+        return Content(self._time, values, self._log.unit(self._group, index), without_zeros(lost))
+
+
+def _is_number(raw: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    """Which stored values are no NaN, which means that there is no sample."""
+    return np.ones(len(raw), bool) if raw.dtype.kind != "f" else ~np.isnan(raw)
 
 
 def _j1939_channels(
@@ -364,6 +383,7 @@ def _j1939_channels(
 ) -> list[Samples]:
     """Channels with names of J1939 parameters, as a decoder with a J1939 DBC writes them."""
     by_message: dict[int, dict[int, Column]] = {}
+    lost: dict[int, dict[str, int]] = {}  # by SPN
     time: Column | None = None
     for index, name in enumerate(channels):
         message, parameter = _PARAMETERS.get(name.rsplit(".", 1)[-1].lower(), (None, None))
@@ -374,15 +394,17 @@ def _j1939_channels(
         except NoSamples:
             continue
         known = factors(parameter.signal)
-        unit = unit_key(content[2], known) if content[2] else parameter.unit
+        unit = unit_key(content.unit, known) if content.unit else parameter.unit
         if unit is None:
             notes.append(
-                f"{parameter.signal}: channel {name} left out: it has unit {content[2]!r}, "
+                f"{parameter.signal}: channel {name} left out: it has unit {content.unit!r}, "
                 f"expected {' or '.join(known)}"
             )
             continue
-        time = content[0]
-        values = _in_range(content[1] * (known[unit] / known[parameter.unit]), parameter)
+        time = content.time
+        values = _in_range(content.values * (known[unit] / known[parameter.unit]), parameter)
+        codes = int(np.count_nonzero(np.isnan(values) & ~np.isnan(content.values)))
+        lost[parameter.spn] = content.lost | without_zeros({"error_code": codes})
         by_message.setdefault(message.pgn, {})[parameter.spn] = values
     if time is None:
         return []
@@ -395,10 +417,19 @@ def _j1939_channels(
             values,
             message.name,
             2 + j1939.rank(signal, message.name),
+            _lost_together(values, [lost[p.spn] for p in j1939.parts_of(message, signal) if p.spn in lost]),
         )
         for message in (j1939.MESSAGES[pgn] for pgn in by_message)
         for signal, values in j1939.signals_of(message, by_message[message.pgn]).items()
     ]
+
+
+def _lost_together(values: Column, of_parts: list[dict[str, int]]) -> dict[str, int]:
+    """The losses of a signal of one parameter; of several, which may fall together, all count for the first reason."""
+    if len(of_parts) == 1:
+        return of_parts[0]
+    reasons = [reason for lost in of_parts for reason in lost]
+    return {reasons[0]: int(np.count_nonzero(np.isnan(values)))} if reasons else {}
 
 
 def _in_range(values: Column, parameter: j1939.Parameter) -> Column:

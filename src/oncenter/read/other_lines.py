@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from oncenter.read.digits import Places
 from oncenter.read.fields import Lines
 from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
+from oncenter.read.left_out import LeftOut, left_out_frames
 from oncenter.read.wording import counted, damaged
 
 MANGLED_SHARE = 0.01  # more mean another layout, not local damage
@@ -35,13 +37,13 @@ class OtherLines:
 
     Attributes:
         log: its name, for messages.
-        flexible: CAN FD frames.
+        no_data: frames without usable data, by reason.
         left_out: lines that are neither a frame nor an event; `first` is the first of them.
         mangled: those of them that start like a frame.
     """
 
     log: str
-    flexible: int = 0
+    no_data: Counter[str] = field(default_factory=Counter)
     left_out: int = 0
     first: str = ""
     mangled: int = 0
@@ -50,6 +52,11 @@ class OtherLines:
     def leave_out(self, line: str) -> None:
         self.left_out += 1
         self.first = self.first or line.strip()[:40]
+
+    def count_no_data(self, reason: str | None) -> None:
+        """Counts a frame without usable data; None for a line that is no frame."""
+        if reason is not None:
+            self.no_data[reason] += 1
 
     def frames(self, lines: Lines, read: Callable[[str], Row | None]) -> tuple[Frames, Places]:
         """All frames of a block with times as in the file, and their line numbers.
@@ -100,6 +107,6 @@ class OtherLines:
         """
         self._refuse_mangled(0)
         if self.left_out:
-            yield f"left out {counted(self.left_out, 'line')} of {self.log} {which}, the first reads {self.first!r}"
-        if self.flexible:
-            yield f"left out {counted(self.flexible, 'CAN FD frame')} of {self.log}"
+            text = f"left out {counted(self.left_out, 'line')} of {self.log} {which}, the first reads {self.first!r}"
+            yield LeftOut(text, "unreadable", self.left_out)
+        yield from left_out_frames(self.log, self.no_data)

@@ -25,12 +25,14 @@ from oncenter.files.extra import require_package
 from oncenter.files.folder import BAG_PARTS
 from oncenter.read.channels import (
     Channel,
+    Content,
     NoSamples,
     is_wanted,
     no_signal_recognised,
     not_there,
     samples_of,
     with_parts,
+    without_zeros,
 )
 from oncenter.read.frames import Column
 from oncenter.read.parts import parts_of
@@ -86,8 +88,13 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
             notes.append(f"left out {counted(topic.damaged, 'damaged message')} of {topic.name} in {path.name}")
         clocks.append((clock, topic.name))
         channels = [
-            Channel(each.path, topic.name, partial(_content, time, columns, place, each.unit), "field", stamps)
-            for stamps in [f"{clock} of {topic.name}"]
+            Channel(
+                each.path,
+                topic.name,
+                partial(_content, time, columns, place, each.unit, topic.damaged),
+                "field",
+                f"{clock} of {topic.name}",
+            )
             for place, each in enumerate(fields)
         ]
         given += [one for channel in with_parts(path, channels, names) for one in samples_of(channel, names, notes)]
@@ -98,7 +105,7 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
     return given
 
 
-def _never() -> tuple[Column, Column, str]:
+def _never() -> Content:
     raise NoSamples("was not read")
 
 
@@ -316,14 +323,17 @@ def _columns(topic: _Topic, count: int) -> tuple[Column, str, Column]:
         if np.abs(np.median(stamped - recorded)) <= _CLOCKS_AGREE_S:
             time, clock = stamped, topic.layout.stamp
     order = np.argsort(time, kind="stable")
-    values = values[order]
-    return time[order], clock, np.where(np.isfinite(values), values, math.nan)
+    return time[order], clock, values[order]
 
 
-def _content(time: Column, columns: Column, place: int, unit: str) -> tuple[Column, Column, str]:
+def _content(time: Column, columns: Column, place: int, unit: str, damaged: int) -> Content:
     if len(time) < 2:
         raise NoSamples(f"has {len(time)} messages")
-    return time, np.ascontiguousarray(columns[:, place]), unit
+    values = np.ascontiguousarray(columns[:, place])
+    infinite = np.isinf(values)
+    values[infinite] = math.nan
+    lost = without_zeros({"unreadable": damaged, "infinite": int(np.count_nonzero(infinite))})
+    return Content(time, values, unit, lost)
 
 
 def _of_clocks(clocks: Sequence[tuple[str, str]]) -> str:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+import numpy.typing as npt
 
 from oncenter.read.frames import Column
 
@@ -28,6 +30,23 @@ class Steps:
 
 
 @dataclass(frozen=True)
+class Beyond:
+    """Values outside the range that a database states for a signal.
+
+    Attributes:
+        rows: which of the samples they are.
+        name: of the signal in the database, "STEERING.ANGLE".
+        low, high: the range, in `unit`.
+    """
+
+    rows: npt.NDArray[np.bool_]
+    name: str
+    low: float
+    high: float
+    unit: str
+
+
+@dataclass(frozen=True)
 class Samples:
     """A signal from one source.
 
@@ -44,6 +63,10 @@ class Samples:
         of_frames: `time` are stamps of frames on a bus, which have jitter.
         stamps: source of `time` for messages, if it is not the source itself: "column time_s".
         complete: no value is NaN; saves the check.
+        lost: by reason of `oncenter.account.WORDS`, samples of the file that have no usable value: they are NaN in
+            `values`, or not in the arrays. Other NaN are no samples, as empty cells of a table.
+        in_file: samples of the file, where the reader counts them by itself.
+        beyond: values outside the range of a database, see `database_range`.
     """
 
     signal: str
@@ -58,6 +81,9 @@ class Samples:
     of_frames: bool = False
     stamps: str = ""
     complete: bool = False
+    lost: Mapping[str, int] = field(default_factory=dict)
+    in_file: int | None = None
+    beyond: Beyond | None = None
 
     @property
     def time_description(self) -> str:

@@ -18,9 +18,11 @@ import numpy.typing as npt
 from oncenter.errors import OncenterError
 from oncenter.read import choose, clock, j1939
 from oncenter.read import dbc as databases
+from oncenter.read.database_range import NONE, Trusted, within_signal, within_signals
 from oncenter.read.decode import decode, wanted_by
 from oncenter.read.frames import Column, Frames, Kept, bus_name, joined, pgn_of
 from oncenter.read.samples import RATE_S, Samples
+from oncenter.read.set_back import CLOCK_SET_BACK_S
 from oncenter.signals import SIGNALS, SignalName, Source
 
 LISTEN_S = 5.0  # settles the rates of senders that start in the first 2 s (RATE_S)
@@ -28,7 +30,6 @@ LISTEN_LONGER_S = 5.0  # maximum extension for senders that start later
 LISTEN_AGAIN_S = 1.0  # until the next attempt if a needed signal is missing
 LISTENED_FRAMES_MAX = 50_000  # with signals; the oldest are dropped while needed signals are missing
 LATE_S = 0.1  # maximum delay of a frame behind one with a later stamp
-CLOCK_SET_BACK_S = 1.0  # a larger backward step means that the clock was set back
 
 # Slow signals that a live estimate does not use: not waited for, not given out.
 _LEFT_OUT = ("latitude", "longitude", "heading", "course", "lateral_speed")
@@ -48,6 +49,7 @@ class _Sender:
     first_s: float = math.nan  # of all its samples, valid or not
     latest_s: float = -math.inf
     numbered: bool = False
+    trusted: Trusted = NONE
 
     def is_of(self, samples: Samples, bus: str) -> bool:
         own = self.samples
@@ -56,6 +58,7 @@ class _Sender:
 
     def take(self, samples: Samples) -> Column:
         """Adds samples later than all before; earlier ones are left out, as in `clock`. Returns the times added."""
+        samples, self.trusted = within_signal(samples, self.trusted)
         latest = np.maximum.accumulate(np.concatenate(([self.latest_s], samples.time)))
         later = samples.time > latest[:-1]
         good = later & ~np.isnan(samples.values)
@@ -69,6 +72,7 @@ class _Sender:
 
     def begin_anew(self) -> None:
         self.time, self.values, self.first_s, self.latest_s = np.empty(0), np.empty(0), math.nan, -math.inf
+        self.trusted = NONE
 
     def undecided_from_s(self, received_s: float) -> float:
         """Ticks before this time no longer change, whatever arrives after `received_s`."""
@@ -199,6 +203,11 @@ class Stream:
         self._begin_anew()
         return ticks
 
+    def pieces(self, frames: Frames) -> list[Frames]:
+        """The frames in their order of arrival, parted where the clock was set back among them."""
+        backward = np.flatnonzero(np.diff(frames.time) < -CLOCK_SET_BACK_S) + 1
+        return [frames.where(rows) for rows in np.split(np.arange(len(frames)), backward)]
+
     def clock_was_set_back(self, frames: Frames) -> bool:
         return bool(len(frames)) and float(frames.time.max()) < self.last_s - CLOCK_SET_BACK_S
 
@@ -228,7 +237,7 @@ class Stream:
 
     def _settle(self, frames: Frames) -> bool:
         """Fixes sources and rates once all needed signals are present."""
-        candidates = self._candidates(frames)
+        candidates = within_signals(self._candidates(frames), [])
         numbered = {s.signal for s in candidates if len(s.values) - s.not_available >= 2}
         if not numbered.issuperset(self._needed):
             self._listened = [frames.where(np.arange(len(frames)) >= len(frames) - LISTENED_FRAMES_MAX)]

@@ -24,6 +24,7 @@ from oncenter.read.csv_text import (
 )
 from oncenter.read.frames import Column
 from oncenter.read.identity import Identity, identity_of_columns, identity_of_metadata
+from oncenter.read.left_out import LeftOut
 from oncenter.read.numbers import in_si, numbers
 from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.samples import Samples, steps_of
@@ -163,7 +164,8 @@ def _without_short_rows(path: Path, frame: pl.DataFrame, text: bytes, separator:
         return frame
     short = np.flatnonzero(~whole)
     rows = counted(len(short), "row")
-    notes.append(f"left out {rows} of {path.name} with fewer cells than the header, first row {short[0] + 1}")
+    text_of_note = f"left out {rows} of {path.name} with fewer cells than the header, first row {short[0] + 1}"
+    notes.append(LeftOut(text_of_note, "short_row", len(short)))
     return frame.filter(pl.Series(whole))
 
 
@@ -207,8 +209,11 @@ def samples_of(
     time = seconds(path, frame[when], names, units.get(when))
     stamped = np.isfinite(time)
     empty = len(time) - int(np.count_nonzero(stamped))
-    if empty and frame.filter(~stamped).select(pl.any_horizontal(_has_content(frame)).any()).item():
-        notes.append(f"left out {counted(empty, 'row')} of {path.name} without a time")
+    if empty:
+        filled = int(frame.filter(~stamped).select(pl.any_horizontal(_has_content(frame)).sum()).item())
+        if filled:
+            text = f"left out {counted(filled, 'row')} of {path.name} without a time"
+            notes.append(LeftOut(text, "without_time", filled))
     time = time[stamped] if empty else time
     if len(time) < 2:
         raise OncenterError(
@@ -217,14 +222,16 @@ def samples_of(
     steps = steps_of(time)
     given = []
     for column, signal, factor in wanted:
-        values = in_si(numbers(path, frame[column]), factor)
+        cells = in_si(numbers(path, frame[column]), factor)
         entry = names.get(signal)
         if entry is not None and entry.name == column and parts_of(entry):
-            values = _whole(path, frame, values, signal, entry, factor, units)
-        values = values[stamped] if empty else values
+            cells = _whole(path, frame, cells, signal, entry, factor, units)
+        values = cells[stamped] if empty else cells
         finite = np.isfinite(values)
         complete = bool(finite.all())
+        lost = {"without_time": int(np.count_nonzero(~np.isnan(cells[~stamped])))} if empty else {}
         if not complete:
+            lost["infinite"] = int(np.count_nonzero(np.isinf(values)))
             values = np.where(finite, values, np.nan)
         rank = 0 if signal in names and names[signal].name == column else 1
         labels = (column.lower(),)
@@ -240,6 +247,7 @@ def samples_of(
                 steps=steps,
                 stamps=f"column {when}",
                 complete=complete,
+                lost={reason: count for reason, count in lost.items() if count},
             )
         )
     return given

@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
-from oncenter.read.cut_off import CutOff
 from oncenter.read.fields import Fields, Layout
 from oncenter.read.frames import Frames
+from oncenter.read.left_out import CutOff
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
 from oncenter.read.wording import damaged
@@ -27,12 +27,14 @@ _OLD = {  # in other versions 1
 _DIRECTIONS = (b"Rx", b"Tx")
 _BUS_INFORMATION = "FFFFFFFF"  # in version 1.0 in place of an identifier
 _NEEDED = "OTIdD"  # columns of versions 2: time, type, identifier, direction, data
-_DATA, _FLEXIBLE = "DT", ("FD", "FB", "FE", "BI")  # frame types that are read or counted
+_DATA, _FLEXIBLE = "DT", ("FD", "FB", "FE", "BI")  # frame types that are read
+_NO_DATA = {"RR": "remote_frame", "ER": "error_frame"}  # frame types that are counted
+_OLD_NO_DATA = {"Error": "error_frame"}  # the same in versions 1
 _DAY_0 = datetime(1899, 12, 30, tzinfo=UTC)
 
 
 def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Data frames of classic CAN, a block of text at a time. `notes` receives what was left out.
+    """Data frames of at most 8 bytes, CAN and CAN FD, a block of text at a time. `notes` receives what was left out.
 
     Raises:
         OncenterError: "unreadable_log": the layout is unknown.
@@ -50,7 +52,7 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
             progress(min(file.tell() / size, 1.0))
             yield log.frames(rest)
     if text.cut_off:
-        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
+        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out", number=1))
     notes += others.notes("that are not CAN frames")
 
 
@@ -136,12 +138,14 @@ class _Version1:
         if not words or words[0].startswith(";"):
             return None
         if "kind" in at and words[at["kind"]] not in ("Rx", "Tx"):
+            self._others.count_no_data(_OLD_NO_DATA.get(words[at["kind"]]))
             return None
         identifier = words[at["identifier"]]
         if "kind" not in at and identifier == _BUS_INFORMATION:
             return None
         count, data = int(words[at["length"]]), words[at["data"] :]
         if data[:1] == ["RTR"]:
+            self._others.count_no_data("remote_frame")
             return None
         octets = bytes(int(data[k], 16) for k in range(count))
         bus = int(words[at["bus"]]) if "bus" in at else 1
@@ -177,10 +181,13 @@ class _Version2:
         if not words or words[0].startswith(";"):
             return None
         kind = words[at["T"]]
-        self._others.flexible += kind in _FLEXIBLE
-        if kind != _DATA:
+        if kind != _DATA and kind not in _FLEXIBLE:
+            self._others.count_no_data(_NO_DATA.get(kind))
             return None
         identifier, count = words[at["I"]], int(words[self._length])
         data = bytes.fromhex(words[at["D"]]) if count else b""
+        if kind in _FLEXIBLE and len(data) > 8:
+            self._others.count_no_data("can_fd")
+            return None
         bus = int(words[at["B"]]) if "B" in at else 1
         return row(float(words[at["O"]]), int(identifier, 16), len(identifier) > 4, data, bus)

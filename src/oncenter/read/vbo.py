@@ -16,8 +16,8 @@ import numpy as np
 import polars as pl
 
 from oncenter.errors import OncenterError
-from oncenter.read.cut_off import CutOff
 from oncenter.read.identity import Identity, identity_of_columns
+from oncenter.read.left_out import CutOff, LeftOut
 from oncenter.read.numbers import numbers
 from oncenter.read.samples import Samples
 from oncenter.read.tabular import columns_of, samples_of
@@ -194,11 +194,12 @@ def _rows(path: Path, body: bytes, columns: Sequence[str], notes: list[str]) -> 
     lines = [line for line in (_BLANKS.sub(b" ", line.strip()) for line in body.split(b"\n")) if line]
     if lines and not ends_whole and lines[-1].count(b" ") + 1 <= len(columns):
         lines.pop()  # its last number may be cut and still look valid
-        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out"))
+        notes.append(CutOff(f"the last line of {path.name} is cut off and was left out", number=1))
     whole = [line for line in lines if line.count(b" ") + 1 == len(columns)]
     if len(whole) < len(lines):
         rows = counted(len(lines) - len(whole), "row")
-        notes.append(f"left out {rows} of {path.name} without all {len(columns)} columns")
+        text = f"left out {rows} of {path.name} without all {len(columns)} columns"
+        notes.append(LeftOut(text, "short_row", len(lines) - len(whole)))
     if not whole:
         raise OncenterError(f"{path.name} has no rows", code="empty_log")
     try:

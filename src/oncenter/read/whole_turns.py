@@ -134,7 +134,7 @@ def _without(drive: Signals, turns: WholeTurns) -> Signals:
     taken = turns.taken[before:]
     notes = (*drive.notes, _note(drive, taken)) if any(count for _, count in taken) else drive.notes
     columns = {**drive.columns, _ANGLE: kept}
-    return Signals(columns, drive.sources, drive.rate_hz, drive.log, notes, drive.vin, drive.start_s)
+    return drive.replaced(columns, notes=notes)
 
 
 def _note(drive: Signals, taken: Sequence[tuple[float, int]]) -> str:

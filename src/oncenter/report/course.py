@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from oncenter import _core
 from oncenter.report.thin import Floats, Indices
-from oncenter.signals import DEGREE, Signals
+from oncenter.signals import CLOCK_STEP_S, DEGREE, Signals
 
 if TYPE_CHECKING:
     from oncenter.offset.answer import Answer
@@ -145,11 +145,20 @@ def _expected_rad(answer: Answer, rows: npt.NDArray[Any], unloading: float) -> n
 
 def _driving_time(times: list[Floats]) -> tuple[Floats, list[float]]:
     """Seconds of driving, drive after drive with a short pause between, and where each starts."""
-    spans = [float(t[-1] - t[0]) if len(t) else 0.0 for t in times]
+    driven = [_since_start(t) if len(t) else t for t in times]
+    spans = [float(t[-1]) if len(t) else 0.0 for t in driven]
     pause = _PAUSE * sum(spans)
     starts = [sum(spans[:k]) + k * pause for k in range(len(times))]
-    shifted = [t - t[0] + start for t, start in zip(times, starts, strict=True) if len(t)]
+    shifted = [t + start for t, start in zip(driven, starts, strict=True) if len(t)]
     return (np.concatenate(shifted) if shifted else np.empty(0)), starts
+
+
+def _since_start(time: Floats) -> Floats:
+    """Seconds since the first one; steps of the clock count as nothing."""
+    steps = np.diff(time)
+    of_clock = (steps < 0.0) | (steps > CLOCK_STEP_S)
+    since: Floats = time - time[0]
+    return np.concatenate(([0.0], np.cumsum(np.where(of_clock, 0.0, steps)))) if of_clock.any() else since
 
 
 def _holes(seconds: Floats, answer: Answer) -> Indices:

@@ -9,6 +9,7 @@ from oncenter.estimates.bounds import BOUNDS
 from oncenter.estimates.estimates import Estimates
 from oncenter.signals import DEGREE
 from oncenter.verdict.accused import finding_of
+from oncenter.verdict.left_out import first_loss
 from oncenter.verdict.numbers import joined
 
 _MINUTE_S = 60.0
@@ -31,7 +32,7 @@ class Driving(NamedTuple):
 
 def next_driving(answer: Estimates) -> Driving:
     """The most pressing lack first."""
-    lacks = (_signal(answer), _speed(answer), _gate(answer), _accelerometer(answer), _loading(answer))
+    lacks = (_values(answer), _signal(answer), _speed(answer), _gate(answer), _accelerometer(answer), _loading(answer))
     others = (_evidence(answer), _tighter_bends(answer), _settled(answer), _narrower(answer))
     found = next(filter(None, (*lacks, *others)), None)
     return found or Driving(f"drive 10 more minutes {_both_sides(answer)}", _why_not_valid(answer))
@@ -54,6 +55,12 @@ def _evidence_min_s(answer: Estimates) -> float:
 
 def _both_sides(answer: Estimates) -> str:
     return "with bends to both sides" if answer.method == "joint" else "nearly straight ahead"
+
+
+def _values(answer: Estimates) -> Driving | None:
+    """Many values of the log were left out."""
+    loss = first_loss(answer)
+    return Driving("correct the recording, then repeat the drive", loss) if loss else None
 
 
 def _signal(answer: Estimates) -> Driving | None:

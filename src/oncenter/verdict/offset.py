@@ -10,6 +10,7 @@ from oncenter.signals import DEGREE
 from oncenter.truck.drives import GRADIENT_MIN
 from oncenter.verdict.accused import accused, errors_of_signals, finding_of, only_stuck, with_source
 from oncenter.verdict.decision import Case, at_fault, decide, is_whole_turns
+from oncenter.verdict.left_out import first_loss, is_angle_lost_in_file
 from oncenter.verdict.next_driving import is_narrow, next_driving
 from oncenter.verdict.numbers import Shown, joined, shown
 from oncenter.verdict.second_line import align_first, by_pull, in_deg, last_change, without_play
@@ -72,6 +73,8 @@ def has_evidence(answer: Estimates) -> bool:
 
 
 def fault_of(answer: Estimates) -> Code | None:
+    if _is_lost_in_file(answer):
+        return "check_signal"
     return at_fault(
         answer.sensor_fault,
         answer.offset.status == "invalid",
@@ -120,11 +123,22 @@ def check_both(fault: str) -> str:
 
 
 def _check_signal(answer: Estimates) -> Verdict:
+    if _is_lost_in_file(answer):
+        return _lost_in_file(answer)
     names = [with_source(answer, name) for name in accused(answer)]
     said = f"{joined(names)}." if names else "the signals of this log cannot give an offset."
     errors = errors_of_signals(answer) or [each for each in answer.findings if each.severity == "error"]
     note = f"{capitalised(errors[0].text)}." if errors else ""
     return _verdict("check_signal", said, "Correct the signal, then read the log again.", note)
+
+
+def _lost_in_file(answer: Estimates) -> Verdict:
+    said = "the log has steering wheel angles that cannot be used."
+    return _verdict("check_signal", said, "Correct the log or its database, then read it again.", first_loss(answer))
+
+
+def _is_lost_in_file(answer: Estimates) -> bool:
+    return answer.sensor_fault == "lost" and is_angle_lost_in_file(answer)
 
 
 def _found(answer: Estimates, limit_deg: float, which: str) -> str:

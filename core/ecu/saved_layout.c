@@ -22,13 +22,13 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xE7A024AFu;
+static const uint32_t layout_hash = 0x05D6AE5Eu;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 4),
     DOUBLES(oc_state, tracking.last_complete, 1),
-    FLOATS_OF_EACH(oc_state, tracking.assignment.watches[0].last, 19, tracking.assignment.watches),
-    INTEGERS_OF_EACH(oc_state, tracking.assignment.watches[0].held_ticks, 1, tracking.assignment.watches),
+    FLOATS_OF_EACH(oc_state, tracking.assignment.watches[0].last, 20, tracking.assignment.watches),
+    INTEGERS_OF_EACH(oc_state, tracking.assignment.watches[0].held_ticks, 2, tracking.assignment.watches),
     FLOATS(oc_state, tracking.assignment.levels[0].mean, 64),
     FLOATS_OF_EACH(oc_state, tracking.assignment.witnesses[0].means[0], 52, tracking.assignment.witnesses),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.witnesses[0].steps, 1, tracking.assignment.witnesses),

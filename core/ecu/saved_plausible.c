@@ -92,8 +92,8 @@ static const member floats[] = {
      OC_WITNESSES, WITNESSES},
     {offsetof(oc_state, tracking.assignment.pairs[0].products), offsetof(oc_signal_pair, halved) / WORD, SQUARES,
      OC_PAIRS, PAIRS},
-    {offsetof(oc_state, tracking.assignment.sums), (offsetof(oc_assignment, ticks) - offsetof(oc_assignment, sums)) / WORD,
-     SQUARES, 1, 0},
+    {offsetof(oc_state, tracking.assignment.sums),
+     (offsetof(oc_assignment, ticks) - offsetof(oc_assignment, sums)) / WORD, SQUARES, 1, 0},
     {offsetof(oc_state, tracking.joint.prior.unloading_mean), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, tracking.angle.yaw_rate_first), 2, YAW_RATE, 1, 0}, /* and yaw_rate */
     {offsetof(oc_state, tracking.angle.speed), 1, SPEED, 1, 0},

@@ -26,7 +26,8 @@ static bool is_out_of_calibration(const oc_trouble *trouble, const oc_output *ou
 }
 
 void oc_trouble_update(oc_trouble *trouble, const oc_output *output, const oc_signals *tick, double offset_max) {
-    const bool faulty = output->fault != OC_FAULT_NONE;
+    const bool faulty =
+        output->fault != OC_FAULT_NONE || (output->signals_at_fault & OC_HAS_STEERING_WHEEL_ANGLE) != 0;
     if (!faulty && !is_out_of_calibration(trouble, output, offset_max)) {
         trouble->active = 0;
         return;

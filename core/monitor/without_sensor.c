@@ -103,7 +103,8 @@ static void judge_sensor(const oc_tick *tick, oc_tracking *tracking, oc_evidence
         .speed = tick->observed.speed,
         .has_measured = has_angle,
         .after_hole = tick->after_gap,
-        .can_judge = (tick->at_fault & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE) == 0 && tick->observed.has_motion && truck->identified && evidence->angle.seconds > judge_after_s,
+        .can_judge = (tick->at_fault & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE) == 0 && tick->observed.has_motion &&
+                     truck->identified && evidence->angle.seconds > judge_after_s,
     };
     const oc_fault before = evidence->fault.fault;
     const oc_fault now = oc_fault_update(&tracking->fault, &evidence->fault, &judged);
@@ -162,7 +163,8 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
     now->true_by_sensor = has_angle ? signals->steering_wheel_angle - learned->offset.value : 0.0;
     const bool angle_fits = (tick->at_fault & OC_HAS_STEERING_WHEEL_ANGLE) == 0;
     now->has_sensor = has_angle && angle_fits && !oc_fault_excludes_angle(&tracking->fault);
-    now->can_learn = has_angle && tick->at_fault == 0 && !now->accelerometer_lost && tracking->fault.fault == OC_FAULT_NONE &&
+    now->can_learn = has_angle && tick->at_fault == 0 && !now->accelerometer_lost &&
+                     tracking->fault.fault == OC_FAULT_NONE &&
                      !oc_fault_suspected(&tracking->fault);
     oc_angle_update(&tracking->angle, &evidence->angle, &c->angle, &learned->truck, now, &tick->angle);
 }

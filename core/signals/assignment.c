@@ -13,6 +13,7 @@ static const float predicted_speed = 5.0f; /* m/s: minimum speed at which one si
 static const float slow_speed = 14.0f; /* m/s: maximum speed of the comparison of sizes */
 static const float straight_acceleration = 0.25f; /* m/s^2: maximum lateral acceleration of a truck that hardly turns */
 static const float straight_steps_max = 300.0f; /* memory of the angle straight ahead, in steps */
+static const float held_max_s = 0.5f; /* s: time without a change after which a signal shows no motion */
 static const int32_t level_steps = 5; /* number of steps in the mean of a level */
 static const int32_t judged_steps = 10; /* number of steps between two verdicts */
 /* of the signal: minimum of a jump in a tick: angle, yaw rate, speed, lateral acceleration */
@@ -129,19 +130,25 @@ static float follow_straight_angle(oc_assignment *a, float angle, bool has, floa
     return a->straight_angle;
 }
 
+/* Whether it has changed recently: a signal that is slow, coarse or stuck shows no motion. */
+static bool shows_motion(const oc_assignment *a, const oc_assignment_design *d, const step_means *step, int32_t k) {
+    return step->has[k] && (float)a->watches[k].held_ticks * d->tick_s < held_max_s;
+}
+
 /* The lateral acceleration by each signal. */
 static void compare_motion(oc_assignment *a, const oc_assignment_design *d, const step_means *step) {
     const float *mean = step->of;
     const float v = mean[VXS], by_yaw_rate = mean[YAW] * v;
     const bool rolls = step->has[VXS] && v > compared_speed;
-    const bool steers = rolls && step->has[SWA], turns = rolls && step->has[YAW];
+    const bool steers = rolls && shows_motion(a, d, step, SWA), turns = rolls && shows_motion(a, d, step, YAW);
+    const bool leans = rolls && shows_motion(a, d, step, AYS);
     const float turned = mean[SWA] - follow_straight_angle(a, mean[SWA], steers && turns, by_yaw_rate);
     const float by_angle = turned * v * v * d->per_ratio_times_wheelbase;
     const float by_wheels = step->wheel_difference * v * d->per_track;
     oc_witness *w = a->witnesses;
     oc_witness_add(&w[OC_BY_ANGLE], a->place, steers && a->straight_steps > 0.0f, mean[SWA], by_angle, d->step_s);
     oc_witness_add(&w[OC_BY_YAW_RATE], a->place, turns, mean[YAW], by_yaw_rate, d->step_s);
-    oc_witness_add(&w[OC_BY_ACCELERATION], a->place, rolls && step->has[AYS], mean[AYS], mean[AYS], d->step_s);
+    oc_witness_add(&w[OC_BY_ACCELERATION], a->place, leans, mean[AYS], mean[AYS], d->step_s);
     oc_witness_add(&w[OC_BY_WHEELS], a->place, rolls && step->has_wheels, by_wheels, by_wheels, d->step_s);
     for (int32_t p = 0; p < OC_PAIRS; ++p) {
         oc_signal_pair_add(&a->pairs[p], &w[first_of[p]], &w[second_of[p]], a->place, v < slow_speed);

@@ -77,8 +77,8 @@ void oc_assignment_update(oc_assignment *assignment, const oc_assignment_design 
 /* Names the fault by what was collected so far. */
 void oc_assignment_judge(oc_assignment *assignment, const oc_assignment_design *design);
 
-/* Minimum of a jump and of a jump that no truck makes, in a tick; minimum change that a stuck signal misses; of the k-th
- * signal in its unit. */
+/* Minimum of a jump and of a jump that no truck makes, in a tick; minimum change that a stuck signal misses; of the
+ * k-th signal in its unit. */
 float oc_signal_jump_min(int32_t k);
 float oc_signal_impossible_jump(int32_t k);
 float oc_signal_missed_min(int32_t k);

@@ -10,12 +10,14 @@ static const float whole_turn = 6.2831853f; /* rad */
 /* Tuned, in tuned.toml: assignment_verdict */
 /* rad: distance of a jump from a whole turn, of an angle that wraps while it turns */
 static const float wrapped_within = 0.35f;
+static const float wrapped_jumps = 5.0f; /* minimum number of such jumps */
 static const float rolls = 2.0f; /* m/s: minimum speed that is no standstill */
 static const float mended_s = 20.0f; /* s: until a stuck signal that changes again is used */
 static const float hold_s = 3600.0f; /* s: until another fault that nothing shows any more ends */
-static const float lag_angle_min = -0.15f; /* s: lag of the yaw rate behind the angle, minimum */
-static const float lag_angle_max = 0.45f; /* s: the same, maximum */
+static const float lag_angle_min = -0.25f; /* s: lag of the yaw rate behind the angle, minimum */
+static const float lag_angle_max = 0.55f; /* s: the same, maximum */
 static const float lag_acceleration = 0.25f; /* s: maximum lag between lateral acceleration and the others */
+static const float lag_acceleration_late = 0.75f; /* s: maximum lag of the lateral acceleration */
 static const float lag_wheels = 0.15f; /* s: maximum lag of the yaw rate behind the wheel speeds */
 /* of the signal: minimum standard deviation of noise */
 static const float noise_sd_min[OC_WATCHED] = {0.05f, 0.015f, 1.0f, 1.0f};
@@ -30,8 +32,9 @@ enum { ANGLE_BIT = OC_HAS_STEERING_WHEEL_ANGLE, YAW_RATE_BIT = OC_HAS_YAW_RATE, 
 enum { ACCELERATION_BIT = OC_HAS_LATERAL_ACCELERATION, SPEED_SIGNAL = 2 };
 
 const char *oc_signal_fault_name(oc_signal_fault fault) {
-    static const char *const names[OC_SIGNAL_FAULT_COUNT] = {"none",  "filled",    "stuck",    "clipped", "noise",    "jumps",
-                                                             "magnitude", "reversed", "scale",   "late", "unrelated"};
+    static const char *const names[OC_SIGNAL_FAULT_COUNT] = {"none",  "filled", "stuck",     "clipped",
+                                                             "noise", "jumps",  "magnitude", "reversed",
+                                                             "scale", "late",   "unrelated"};
     return (unsigned)fault < OC_SIGNAL_FAULT_COUNT ? names[fault] : "unknown";
 }
 
@@ -46,7 +49,7 @@ static bool set_signal_fault(oc_assignment *a, oc_signal_fault fault, int32_t si
     return signals != 0;
 }
 
-/* An angle that jumps by a whole turn lands on the ends of its range. */
+/* An angle that jumps by a whole turn; it lands on the ends of its range. */
 static bool is_wrapped(const oc_signal_watch *watch, int32_t k) {
     return k == 0 && fabsf(watch->jumped - whole_turn) < wrapped_within;
 }
@@ -68,7 +71,7 @@ static bool judge_alone(oc_assignment *a, const oc_assignment_design *d, int32_t
     if (filled && !is_wrapped(w, k)) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_FILLED, bit, oc_signal_filled_with(w));
     }
-    if (filled || oc_signal_jumps(w)) {
+    if (filled || oc_signal_jumps(w) || (w->jumps >= wrapped_jumps && is_wrapped(w, k))) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_JUMPS, bit, w->jumped);
     }
     return oc_signal_is_noise(level, noise_sd_min[k]) &&
@@ -139,7 +142,8 @@ static bool judge_relation(oc_assignment *a, const oc_pair_comparison *of) {
     int32_t at_fault = 0;
     if (oc_pair_is_unlike(dy, false, yaw_rate_fits) && !may_be_magnitude(a)) {
         const bool angle = oc_pair_is_unlike(da, false, false) || yaw_rate_fits;
-        const bool yaw_rate = oc_pair_is_unlike(ya, false, false) || oc_pair_is_unlike(yw, false, false) || oc_pair_agreement(da) > 0;
+        const bool yaw_rate = oc_pair_is_unlike(ya, false, false) || oc_pair_is_unlike(yw, false, false) ||
+                              oc_pair_agreement(da) > 0;
         at_fault = accused_of(ANGLE_BIT, angle, YAW_RATE_BIT, yaw_rate);
     } else if (oc_pair_agreement(dy) > 0 && oc_pair_is_unlike(ya, true, false) && oc_pair_is_unlike(da, true, false)) {
         at_fault = ACCELERATION_BIT;
@@ -197,7 +201,7 @@ static bool judge_lag(oc_assignment *a, const oc_pair_comparison *of) {
         (!has_ya || wheels_lead || ya->lag_s < -lag_acceleration)) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_LATE, YAW_RATE_BIT, dy->lag_s);
     }
-    return has_ya && ya->has_lag && ya->lag_s > lag_acceleration && (!has_da || da->lag_s > lag_acceleration) &&
+    return has_ya && ya->has_lag && ya->lag_s > lag_acceleration_late && (!has_da || da->lag_s > lag_acceleration) &&
            set_signal_fault(a, OC_SIGNAL_FAULT_LATE, ACCELERATION_BIT, ya->lag_s);
 }
 

@@ -14,6 +14,7 @@ static const float alone_s = 20.0f; /* s: minimum time of a stuck speed that no 
 /* s: maximum time at one value before, of a signal that is then called stuck alone */
 static const float alone_before_s = 1.0f;
 static const float alone_varied_s = 60.0f; /* s: minimum time of changing values before */
+static const float missed_s = 1.2f; /* s: minimum time at one value that misses a change */
 static const float missed_times = 5.0f; /* minimum number of times in which a signal misses a change */
 static const float missed_memory_s = 1200.0f; /* s: memory of these times, of changing values */
 static const float clipped_share = 0.6f; /* share of them at one value of a clipped signal */
@@ -47,9 +48,10 @@ static void follow_held(oc_signal_level *level, float value, float held_s, float
 
 void oc_signal_level_follow(oc_signal_level *level, const oc_signal_watch *watch, float held_s, float step_s,
                             bool has_prediction, float prediction, float missed_min) {
+    const bool held_long = level->held_s > missed_s; /* until this step */
     follow_held(level, watch->last, held_s, step_s);
     if (held_s < step_s) {
-        if (misses_change(level, watch, missed_min)) {
+        if (held_long && misses_change(level, watch, missed_min)) {
             note_missed(level);
         }
         level->steps = 0.0f;
@@ -79,7 +81,8 @@ bool oc_signal_is_stuck(const oc_signal_level *level, const oc_signal_watch *wat
     if (alone && held_s > alone_s && level->held_max_s < alone_before_s && level->varied_s > alone_varied_s) {
         return true;
     }
-    return held_s >= stuck_s && level->steps * step_s >= stuck_s - followed_s && misses_change(level, watch, missed_min);
+    const bool long_enough = held_s >= stuck_s && level->steps * step_s >= stuck_s - followed_s;
+    return long_enough && misses_change(level, watch, missed_min);
 }
 
 bool oc_signal_misses(const oc_signal_level *level) {
@@ -91,5 +94,6 @@ bool oc_signal_is_clipped(const oc_signal_level *level) {
 }
 
 bool oc_signal_is_noise(const oc_signal_level *level, float noise_min) {
-    return level->means >= level_means && level->variance > noise_min * noise_min && level->half_squares > noise_share * level->variance;
+    return level->means >= level_means && level->variance > noise_min * noise_min &&
+           level->half_squares > noise_share * level->variance;
 }

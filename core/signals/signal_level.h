@@ -20,11 +20,12 @@ typedef struct {
     float varied_s;            /* s with changes */
     float held_value;          /* value of the present or last time without a change */
     float missed_value;        /* value of the last time in which the signal missed a change */
-    float missed, missed_there; /* number of such times, and of those at the same distance from zero as the one before */
+    float missed;              /* number of such times */
+    float missed_there;        /* number of those at the same distance from zero as the one before */
 } oc_signal_level;
 
-/* A step: of the signal as the others predict it, if `has_prediction`. `missed_min`: minimum change of the prediction that
- * the signal cannot miss; in its unit. */
+/* A step: of the signal as the others predict it, if `has_prediction`. `missed_min`: minimum change of the prediction
+ * that the signal cannot miss; in its unit. */
 void oc_signal_level_follow(oc_signal_level *level, const oc_signal_watch *watch, float held_s, float step_s,
                             bool has_prediction, float prediction, float missed_min);
 

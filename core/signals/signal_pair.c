@@ -124,14 +124,16 @@ static int32_t best_lag(const oc_signal_pair *pair) {
 
 void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair *pair, float step_s) {
     const int32_t best = best_lag(pair);
-    const bool slow = pair->slow_steps >= (pair->halved != 0 ? 0.5f : 1.0f) * slow_steps_min && oc_max(pair->slow_first, pair->slow_second) > motion_min;
+    const bool slow = pair->slow_steps >= (pair->halved != 0 ? 0.5f : 1.0f) * slow_steps_min &&
+                      oc_max(pair->slow_first, pair->slow_second) > motion_min;
     const float first = slow ? pair->slow_first : pair->first, second = slow ? pair->slow_second : pair->second;
     *comparison = (oc_pair_comparison){
         .likeness = pair->products[best] / (sqrtf(pair->first * pair->second) + no_motion),
         .lag_s = (float)(best - OC_LAGS) * step_s,
         .size = sqrtf(first / (second + no_motion)),
         .is_slow = slow,
-        .enough = pair->steps >= (pair->halved != 0 ? 0.1f : 1.0f) * steps_min && oc_max(pair->first, pair->second) > motion_min,
+        .enough = pair->steps >= (pair->halved != 0 ? 0.1f : 1.0f) * steps_min &&
+                  oc_max(pair->first, pair->second) > motion_min,
         .has_lag = is_distinct(pair, best),
         .both_move = oc_min(pair->first, pair->second) > motion_min,
     };

@@ -1,7 +1,7 @@
 #ifndef OC_SIGNAL_PAIR_H
 #define OC_SIGNAL_PAIR_H
-/* Two signals that show the same lateral acceleration, in steps of 0.1 s: their likeness, lag and sizes, by changes over
- * 0.5 s, which have no zero errors. Bends count, not minutes: the sums are halved once they hold enough motion. */
+/* Two signals that show the same lateral acceleration, in steps of 0.1 s: their likeness, lag and sizes, by changes
+ * over 0.5 s, which have no zero errors. Bends count, not minutes: the sums are halved once they hold enough motion. */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -40,7 +40,8 @@ typedef struct {
 void oc_witness_add(oc_witness *witness, int32_t place, bool has, float raw, float lateral, float step_s);
 
 /* The same place, after both witnesses. */
-void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_witness *second, int32_t place, bool slow);
+void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_witness *second, int32_t place,
+                        bool slow);
 
 void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair *pair, float step_s);
 

@@ -60,11 +60,19 @@ static bool is_abrupt(float change, float before) {
     return fabsf(change) > abrupt * fabsf(before) || fabsf(change + before) < back_share * fabsf(change);
 }
 
+/* 1; 0 if the ticks at the value before explain it, as of a slow signal; less the jump before at the end of a spike. */
+static float jumps_counted(const oc_signal_watch *w, float value, float impossible) {
+    const float moved = fabsf(value - w->last);
+    const bool is_back = fabsf(value - w->before_last) < back_share * moved;
+    return moved <= impossible * (float)(1 + w->held_ticks_before) ? 0.0f : is_back && w->counted > 0.0f ? -1.0f : 1.0f;
+}
+
 static void jump_to(oc_signal_watch *w, float value, float change, float impossible) {
     const float moved = fabsf(change);
     if (is_abrupt(change, w->change_before)) {
         land(w, value, moved);
-        w->jumps += moved > impossible ? 1.0f : 0.0f;
+        w->counted = jumps_counted(w, value, impossible);
+        w->jumps += w->counted;
     }
     w->jumped_in_step += moved;
 }
@@ -72,6 +80,7 @@ static void jump_to(oc_signal_watch *w, float value, float change, float impossi
 void oc_signal_watch_update(oc_signal_watch *w, float value, float impossible) {
     const float change = value - w->last, moved = fabsf(change);
     w->moved_by_two += fabsf(value - w->before_last);
+    w->held_ticks_before = w->held_ticks;
     w->held_ticks = moved > 0.0f ? 0 : w->held_ticks + 1;
     if (moved > w->jump) {
         jump_to(w, value, change, impossible);

@@ -20,12 +20,14 @@ typedef struct {
     float filled;              /* value that jumps land on */
     float landed, missed;      /* number of jumps since it is this value: on it, and on another value */
     float jumps;               /* number of jumps that no truck makes */
+    float counted;             /* part of the last jump in it */
     float jumped;              /* size of the last jump */
     float impossible_s;        /* s with values that no truck has */
     float filled_s;            /* s at it after a jump */
     float zero_share;          /* of the time at exactly 0 */
     float observed_s;          /* s */
     int32_t held_ticks;        /* since the last change */
+    int32_t held_ticks_before; /* the same, at the tick before */
 } oc_signal_watch;
 
 /* The first tick. */

@@ -2,9 +2,9 @@
 #define OC_SPEED_FLOOR_H
 /* The speed below which the vehicle speed reads zero: its dead zone, or its coarse step.
  *
- * A truck that stops and starts spends about as much time in each m/s of low speed. A range below which it spends hardly
- * any is one that the signal does not have. Below it the truck may creep through a turn while the speed says that it
- * stands. */
+ * A truck that stops and starts spends about as much time in each m/s of low speed. A range below which it spends
+ * hardly any is one that the signal does not have. Below it the truck may creep through a turn while the speed says
+ * that it stands. */
 
 enum { OC_LOW_SPEEDS = 4 };
 

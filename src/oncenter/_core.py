@@ -233,6 +233,11 @@ def _refusal(error: int, params: Mapping[str, float], rate_hz: float) -> str:
     return f"the core refuses the {_text(lib.oc_error_name(error))}"
 
 
+def signals_of(bits: int) -> tuple[str, ...]:
+    """The signals of these bits, by name."""
+    return tuple(name for name, bit in SIGNAL_BITS.items() if bits & bit)
+
+
 class Core:
     """Coefficients and state of one truck in native memory.
 

@@ -45,8 +45,9 @@ class Now:
     `offset_rad`, its standard deviation `offset_sd_rad` and the part of it from this drive, `offset_drive_sd_rad`, are
     None while the offset is unobservable. `reasons` are those for which the tick cannot be used; without any, the tick
     waits for clean ticks after it. `sensor_fault` is "none" or the fault of the angle sensor; the offset is "invalid"
-    then, and from before the fault. Gradient and play are 0 until estimated. The yaw rate bias is from wheel speeds and
-    standstill; its standard deviation is the prior's before.
+    then, and from before the fault. `signal_fault` is "none" or what is wrong with `signals_at_fault`, which are not
+    what their names say; the offset is "invalid" then, too. Gradient and play are 0 until estimated. The yaw rate bias
+    is from wheel speeds and standstill; its standard deviation is the prior's before.
     """
 
     time_s: float
@@ -59,6 +60,8 @@ class Now:
     offset_drive_sd_rad: float | None
     offset_status: str
     sensor_fault: str
+    signal_fault: str
+    signals_at_fault: tuple[str, ...]
     understeer_gradient_rad_m_s2: float
     backlash_rad: float
     yaw_rate_bias_rad_s: float
@@ -118,6 +121,8 @@ class Monitor:
             offset_drive_sd_rad=output["offset_parts"]["drive_sd"] if observable else None,
             offset_status=status,
             sensor_fault=_core.FAULTS[output["fault"]],
+            signal_fault=_core.SIGNAL_FAULTS[output["signal_fault"]],
+            signals_at_fault=_core.signals_of(output["signals_at_fault"]),
             understeer_gradient_rad_m_s2=output["understeer_gradient"],
             backlash_rad=output["backlash"],
             yaw_rate_bias_rad_s=output["yaw_rate_bias"],

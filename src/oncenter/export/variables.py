@@ -41,6 +41,7 @@ ENUMERATIONS: dict[str, dict[str, int]] = {
     "Method": {name: k for k, name in enumerate(_core.METHODS)},
     "AngleMethod": {name: k for k, name in enumerate(_core.ANGLE_METHODS)},
     "SensorFault": {name: k for k, name in enumerate(_core.FAULTS)},
+    "SignalFault": {name: k for k, name in enumerate(_core.SIGNAL_FAULTS)},
     "TrafficSide": {"left": -1, "unknown": 0, "right": 1},
 }
 
@@ -230,6 +231,9 @@ def _outputs() -> Iterator[Variable]:
     yield status("sensor_fault", "fault", "SensorFault", "Fault of the steering wheel angle sensor")
     yield real("sensor_fault_since", "fault_since", "s", "Time at which the sensor's fault began")
     yield real("sensor_fault_confidence", "fault_confidence", "1", "Minimum probability of the sensor's fault")
+    yield status("signal_fault", "signal_fault", "SignalFault", "Fault of signals_at_fault; offset is invalid then")
+    bits = ", ".join(f"{bit} {name.replace('_', ' ')}" for name, bit in _core.SIGNAL_BITS.items())
+    yield Variable("signals_at_fault", "signals_at_fault", "output", f"Sum of the signals at fault: {bits}", "integer")
 
 
 _ESTIMATES = (  # name, member of oc_answer, unit, description

@@ -20,6 +20,7 @@ from oncenter.offset.answer import Answer
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings, moves_within, next_driving
+from oncenter.offset.signal_fault import has_signal_fault, signal_fault, without_estimates
 from oncenter.offset.withheld import Gaps, gaps_in, withheld_by_oncenter
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, SIGNALS, Signals
@@ -65,7 +66,7 @@ def answer_of(
             code="no_usable_second",
             needs=needed(method, drives, params),
         )
-    return Answer(
+    answer = Answer(
         version=_core.version(),
         log=", ".join(drive.log for drive in drives),
         vehicle=vehicle,
@@ -101,6 +102,9 @@ def answer_of(
         zero=_zero(native, changes, drives),
         pull=_given_pull(params, native["offset_parts"]["per_acceleration"]),
     )
+    if has_signal_fault(native) and answer.sensor_fault == "none":
+        return without_estimates(answer, signal_fault(native, drives, vehicle))
+    return answer
 
 
 def _given_pull(params: Mapping[str, float], per_acceleration: float) -> Pull | None:

@@ -199,7 +199,6 @@ def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[st
     native, logs = result.native, result.logs
     answer = answer_of(native, result.changes, logs, vehicle, method, params)
     if has_signal_fault(native) and answer.sensor_fault == "none":
-        answer = without_estimates(answer, signal_fault(native, logs, vehicle))
         return replace(answer, findings=(*answer.findings, *result.left_out))
     moves = answer.zero == "moves" or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
     answer = without_faulty_estimates(answer, contradicts=moves or is_implausible(native))

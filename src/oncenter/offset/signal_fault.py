@@ -18,7 +18,7 @@ _UNITS = {"rad": (DEGREE, "deg"), "rad_s": (DEGREE, "deg/s"), "m_s": (1.0 / 3.6,
 _BOTH = "Signal or sensor: check both, first"
 _BITS = "the start bit, length, byte order and sign that the database gives it"
 _WHOLE_TURN_DEG, _NEAR_DEG = 360.0, 20.0
-_STUCK_SHARE_MAX = 0.75  # of the drive: beyond it, the estimates rest on the stuck signal
+_STUCK_SHARE_MAX = 0.4  # of the drive: beyond it, the estimates rest on the stuck signal
 _WRONG_BITS_FROM = 100.0  # factor beyond all wrong units
 _RELATIVE_NEAR = (
     1.35  # factor within which a size is that of a wrong unit: the usual ratio of two signals is as uncertain
@@ -62,7 +62,7 @@ def has_signal_fault(native: _core.OcAnswer) -> bool:
 def signal_fault(native: _core.OcAnswer, drives: Sequence[Signals], vehicle: Vehicle) -> SignalFault:
     """Of an oc_answer that has one."""
     sources = {name: source.description for drive in drives for name, source in drive.sources.items()}
-    signals = tuple(name for name, bit in _core.SIGNAL_BITS.items() if native["signals_at_fault"] & bit)
+    signals = _core.signals_of(native["signals_at_fault"])
     kind, value = _core.SIGNAL_FAULTS[native["signal_fault"]], native["signal_fault_value"]
     if kind == "scale" and signals == ("steering_wheel_angle",):
         value /= _USUAL_BY_UNDERSTEER

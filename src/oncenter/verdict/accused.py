@@ -19,7 +19,8 @@ _BY_SIGNALS = (  # codes of such errors
     "vehicle_speed_zero",
     "wheel_speed",
 )
-_SIGNALS = ("steering wheel angle", "yaw rate", "vehicle speed", "lateral acceleration", "wheel speed")
+_WHEELS = "wheel speed"
+_SIGNALS = ("steering wheel angle", "yaw rate", "vehicle speed", "lateral acceleration", _WHEELS)
 _STUCK = "signal_stuck"  # which a sensor can do as well
 
 
@@ -51,5 +52,6 @@ def only_stuck(answer: Estimates) -> bool:
 def with_source(answer: Estimates, signal: str) -> str:
     """The signal with the message or the column that it comes from: "yaw rate (VDC2 from 0x3E)"."""
     name = signal.replace(" ", "_")
-    found = [text for key, text in answer.sources.items() if key.startswith(name)]
-    return f"{signal} ({', '.join(dict.fromkeys(found))})" if found else signal
+    is_of = str.startswith if signal == _WHEELS else str.__eq__
+    found = dict.fromkeys(text for key, text in answer.sources.items() if is_of(key, name))
+    return f"{signal} ({', '.join(found)})" if found else signal

@@ -77,6 +77,8 @@ static void take_tick(oc_fmu *fmu, double time) {
     }
     fmu->angle_status = (int32_t)fmu->output.angle.status;
     fmu->fault = (int32_t)fmu->output.fault;
+    fmu->signal_fault = (int32_t)fmu->output.signal_fault;
+    fmu->signals_at_fault = fmu->output.signals_at_fault;
     fmu->answer_is_current = 0;
 }
 

@@ -34,7 +34,8 @@ typedef struct {
     int32_t available[OC_FMU_SIGNALS]; /* by index of the bit */
     /* outputs */
     oc_output output;
-    int32_t angle_status, fault;   /* oc_status, oc_fault */
+    int32_t angle_status, fault;            /* oc_status, oc_fault */
+    int32_t signal_fault, signals_at_fault; /* oc_signal_fault, sum of OC_HAS_ bits */
     int32_t reasons[OC_REASON_COUNT];
     oc_answer answer;
     double offset_parts[OC_FMU_PARTS]; /* members of oc_offset_parts in their order */

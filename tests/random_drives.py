@@ -42,6 +42,7 @@ def drive(seed: int, rate_hz: float, duration_s: float = 240.0, truth: Truth | N
         smooth(rng, count, rate_hz, 6.0) - 0.7, 0, None
     )
     curvature = 0.003 * bends + 1e-4 * smooth(rng, count, rate_hz, 2.0)
+    curvature *= np.clip(v / 2.0, 0.0, 1.0)  # it stands with straight wheels: turned ones might creep through a turn
     r = v * curvature
     a_y = r * v + truth.crown * (1 + 0.5 * smooth(rng, count, rate_hz, 15.0)) * (v > 0.5)
     angle = RATIO * (WHEELBASE * curvature + truth.understeer * a_y) + truth.offset

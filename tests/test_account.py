@@ -617,9 +617,8 @@ def withheld(missing_s: float, absent_s: float, turns_s: float = 0.0, fault: str
     native = core_says(rejected=rejected, fault=_core.FAULTS.index(fault))
     why = withheld_by_oncenter(native, Gaps(absent_s, turns_s), ())
     params = _core.default_params()
-    given = findings_of(
-        native, params, False, method="joint", yaw_rate_from_vdc2=False, measures_banks=True, withheld=why
-    )
+    joint = {"method": "joint", "yaw_rate_from_vdc2": False, "measures_banks": True, "limit_deg": 2.0}
+    given = findings_of(native, params, False, withheld=why, **joint)
     return {finding.code: finding for finding in given}
 
 
@@ -649,8 +648,8 @@ def test_an_angle_that_the_file_loses_is_no_reason_to_repair_the_sensor() -> Non
         of_drive = Account(FileAccount("frames", ticks, ticks), {ANGLE: account})
         lost = Signals(columns, drive_lost.sources, drive_lost.rate_hz, "drive.log", account=of_drive)
         headlines[reason] = verdicts_of(oc.offset(lost, oc.vehicle("scania_r730_4x2")))[0].headline
-    assert headlines["reserved_code"] == "No verdict: the log has steering wheel angles that cannot be used."
-    assert headlines["not_available"] == "Repair: the steering wheel angle sensor sends no signal."
+    assert headlines["reserved_code"] == "Check the signal: the log has steering wheel angles that cannot be used."
+    assert headlines["not_available"].startswith("Signal or sensor: the steering wheel angle (")
 
 
 def test_a_row_of_a_fleet_has_the_largest_loss(undisturbed: Path) -> None:

@@ -203,6 +203,7 @@ def test_the_first_schema_is_the_second_without_the_parts_of_the_interval() -> N
         "total_deg",
     }
     assert second.pop("limit_deg") == 2.0 and second.pop("verdicts")
+    assert (second.pop("accounts"), second.pop("vin"), second.pop("start_time")) == ([], None, None)
     assert first == second
 
 

@@ -586,14 +586,8 @@ def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wron
     assert named >= 2
 
 
-FAR_OFF = [
-    ("wheelbase_m", 1.9),
-    ("steering_ratio", 1.9),
-    ("wheelbase_m", 0.5),
-    ("steering_ratio", 0.5),
-    ("wheelbase_m", 3.0),
-    ("steering_ratio", 3.0),
-]
+FAR_OFF = [(key, wrong) for key in ("wheelbase_m", "steering_ratio") for wrong in (1.5, 0.65)]
+TOO_FAR = [(key, wrong) for key in ("wheelbase_m", "steering_ratio") for wrong in (1.9, 0.5, 3.0)]
 
 
 @pytest.mark.parametrize(("key", "wrong"), FAR_OFF)
@@ -615,6 +609,19 @@ def test_a_wrong_vehicle_file_is_the_first_finding_and_no_sensor_is_blamed(key: 
         assert not {"offset_changed", "straight_ahead_moved", "bends_changed"} & set(by_code(answer))
         assert answer.offset.status == "valid"
         assert answer.offset.value == pytest.approx(truth.offset_rad, abs=0.3 * DEGREE)
+
+
+@pytest.mark.parametrize(("key", "wrong"), TOO_FAR)
+def test_a_vehicle_file_so_wrong_that_the_angle_may_be_doubled_gives_no_offset(key: str, wrong: float) -> None:
+    """A doubled angle has a doubled offset and gives the same data."""
+    for name, seed in (("country", 3), ("thesis_drive", 1), ("semitrailer_half", 1)):
+        drive, _ = oc.simulate(name, seed=seed)
+        answer = oc.offset(drive, TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)}))
+        first = answer.findings[0]
+        assert (first.code, first.severity) == ("scale", "error")
+        assert "wheelbase and the steering ratio of the vehicle file" in first.text
+        assert (answer.offset.value, answer.offset.status, answer.sensor_fault) == (None, "invalid", "none")
+        assert answer.changes == ()
 
 
 @pytest.mark.parametrize("wrong", [0.85, 1.15])

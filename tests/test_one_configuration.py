@@ -63,7 +63,8 @@ def by_monitor(drive: Signals) -> dict[str, Any]:
 
 def by_live(drive: Signals) -> dict[str, Any]:
     columns = columns_of(drive)
-    stream: Any = SimpleNamespace(listening=True, rate_hz=drive.rate_hz, add=lambda ticks: ticks, notes=[], sources={})
+    as_they_are: Any = {"add": lambda ticks: ticks, "pieces": lambda ticks: [ticks]}
+    stream: Any = SimpleNamespace(listening=True, rate_hz=drive.rate_hz, notes=[], sources={}, **as_they_are)
     learner = Learner(stream, TRUCK)
     for begin in range(0, drive.table.height, 997):
         ticks: Any = {name: column[begin : begin + 997] for name, column in columns.items()}  # decoded already

@@ -126,8 +126,6 @@ def test_a_sign_that_the_vehicle_file_reverses_wrongly_is_to_be_removed(
     answer = oc.offset(spoiled(drive, f"{name}_{SIGNALS[name].quantity.unit}", lambda x: -x), wrong)
     errors = [finding for finding in answer.findings if finding.severity == "error"]
     assert [finding.code for finding in errors] == ["sign_reversed"]
-    assert errors[0].text.startswith(
-        f"the sign of the {name.replace('_', ' ')} (simulated by thesis_drive) is reversed"
-    )
+    assert errors[0].text.startswith(f"the sign of the {name.replace('_', ' ')}")
     assert errors[0].text.endswith("Remove sign = -1 for it in the [signals] table of the vehicle file")
     assert (answer.sensor_fault == "none") == (name != "steering_wheel_angle")

@@ -160,6 +160,7 @@ def _reasons(answer: Answer) -> dict[str, str]:
     return {
         "missing_signal": "A signal not available",
         "time": "Time stood still or ran backward",
+        "signal_fault": "A signal that is not what its name says",
         "gap": f"First tick after a hole of more than {params['gap_max_s']:g} s",
         "settling": "Filters settling",
         "speed": f"Slower than {speed:g} m/s ({3.6 * speed:.0f} km/h)",

@@ -32,6 +32,7 @@ STRIP_NAMES = {
     "gap": "gap",
     "missing_signal": "missing",
     "time": "time",
+    "signal_fault": "signal",
 }
 
 _BINS = 1200  # a screen's columns

@@ -48,7 +48,7 @@ KIND_WORDS: Mapping[Kind, str] = {
     "other unit": r"\bunits?\b|too (large|small) by a factor|factor of",
     "scale": r"\bscales?\b|factor|\bunits?\b|steering ratio|\bgain\b",
     "sign": r"\bsign\b.*revers|revers.*\bsign\b|positive to the (left|right)|opposite sign",
-    "stuck": r"stuck|frozen|freez|stays at|stands still|does not change|held|repeat",
+    "stuck": r"stuck|frozen|freeze|stays at|stands still|does not change|held|repeat",
     "lag": r"\blags?\b|\bdelay|\blate\b|\bbehind\b|later than",
     "time stamps": r"time (column|stamp)|column time|unit of the time|clock|stamps?\b|time_s",
     "clock set back": r"clock|backward|set back|wrap",

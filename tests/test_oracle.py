@@ -156,7 +156,7 @@ def test_the_printed_understeer_equation_is_near_the_slope_where_no_road_banks()
 def test_play_moves_the_offset_by_its_mean_place_and_no_further_than_its_half() -> None:
     """(49)-(51): the mean of B[k] over the ticks used, seen by nobody; on one flank for ever it is half the play."""
     columns = drive(0, 100.0)
-    half = np.radians(3.0)  # little enough for a standstill with straight wheels
+    half = np.radians(2.0)  # little enough for a standstill with straight wheels
     without = both(columns, 100.0, understeer_evidence_min_s=1e5)[0]
     flank = np.where(np.sin(2 * np.pi * columns["time_s"] / 17.0) > -0.6, half, -half)  # mostly the left one
     for place in (flank, np.full_like(flank, half), np.full_like(flank, -half)):

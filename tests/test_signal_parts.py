@@ -81,7 +81,7 @@ def test_an_angle_in_two_parts_is_their_sum_each_in_its_unit(tmp_path: Path, spl
 @pytest.mark.parametrize(
     ("entry", "said"),
     [
-        (SignalName("WHEEL.Size", "deg", sign_by="WHEEL.Rigth"), "sign_by = 'WHEEL.Rigth'"),
+        (SignalName("WHEEL.Size", "deg", sign_by="WHEEL.Port"), "sign_by = 'WHEEL.Port'"),
         (SignalName("WHEEL.Size", "deg", sign_by="OTHER.Sign"), "does not exist in message WHEEL"),
         (SignalName("WHEEL.Coarse", plus="Fractoin"), "did you mean WHEEL.Fraction"),
     ],

@@ -90,13 +90,18 @@ void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_
     }
 }
 
+/* A product of the sign at the summit; none outside. */
+static float height(const oc_signal_pair *pair, int32_t lag, float sign) {
+    return lag < 0 || lag >= OC_LAG_COUNT ? 0.0f : sign * pair->products[lag];
+}
+
 /* The lag with the largest product of the same sign, from a lag on its slope. */
 static int32_t summit_near(const oc_signal_pair *pair, int32_t lag) {
-    const float sign = pair->products[lag] < 0.0f ? -1.0f : 1.0f;
-    while (lag > 0 && sign * pair->products[lag - 1] > sign * pair->products[lag]) {
+    const float sign = height(pair, lag, 1.0f) < 0.0f ? -1.0f : 1.0f;
+    while (height(pair, lag - 1, sign) > height(pair, lag, sign)) {
         --lag;
     }
-    while (lag < OC_LAG_COUNT - 1 && sign * pair->products[lag + 1] > sign * pair->products[lag]) {
+    while (height(pair, lag + 1, sign) > height(pair, lag, sign)) {
         ++lag;
     }
     return lag;

@@ -64,6 +64,13 @@ def test_a_magnitude_is_negative_where_its_sign_signal_is_not_zero(tmp_path: Pat
     assert angles_deg(log, reverse, [split]) == pytest.approx(-ANGLE_DEG, abs=1e-9)
 
 
+def test_a_source_says_which_bits_of_which_database_it_is(tmp_path: Path, split: Path) -> None:
+    log = log_of(tmp_path, "WHEEL", [{"Coarse": 0, "Fraction": 0, "Size": 1, "Right": 0}], split)
+    entry = SignalName("WHEEL.Size", "deg", sign_by="WHEEL.Right")
+    source = read(log, names={"steering_wheel_angle": entry}, dbc=[split]).sources["steering_wheel_angle"]
+    assert source.place == "WHEEL.Size 32|16@1+, WHEEL.Right 48|1@1+ of split.dbc"
+
+
 def test_an_angle_in_two_parts_is_their_sum_each_in_its_unit(tmp_path: Path, split: Path) -> None:
     coarse = 1.5 * np.round(ANGLE_DEG / 1.5)
     fraction = np.round((ANGLE_DEG - coarse) * DEGREE, 3)

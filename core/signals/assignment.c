@@ -24,6 +24,8 @@ static const float impossible_jump[OC_WATCHED] = {0.3f, 0.04f, 1.0f, 5.0f};
 static const float missed_min[OC_WATCHED] = {0.12f, 0.02f, 0.7f, 0.6f};
 /* end */
 
+static const uint32_t watched_bits[OC_WATCHED] = {OC_HAS_STEERING_WHEEL_ANGLE, OC_HAS_YAW_RATE, OC_HAS_VEHICLE_SPEED,
+                                                  OC_HAS_LATERAL_ACCELERATION};
 static const int32_t first_of[OC_PAIRS] = {OC_BY_ANGLE, OC_BY_YAW_RATE, OC_BY_ANGLE, OC_BY_YAW_RATE};
 static const int32_t second_of[OC_PAIRS] = {OC_BY_YAW_RATE, OC_BY_ACCELERATION, OC_BY_ACCELERATION, OC_BY_WHEELS};
 
@@ -53,8 +55,8 @@ void oc_assignment_setup(oc_assignment_design *design, double ratio_times_wheelb
 }
 
 static void watch_signal(oc_assignment *a, int32_t k, float value) {
-    if ((a->started >> k & 1) == 0) {
-        a->started |= 1 << k;
+    if (((uint32_t)a->started & watched_bits[k]) == 0) {
+        a->started = (int32_t)((uint32_t)a->started | watched_bits[k]);
         oc_signal_watch_begin(&a->watches[k], value, jump_min[k]);
     } else {
         oc_signal_watch_update(&a->watches[k], value, impossible_jump[k]);
@@ -108,7 +110,8 @@ static void follow_levels(oc_assignment *a, const oc_assignment_design *d, const
                                            mean[YAW] * v};
     const bool has[OC_WATCHED] = {fast && step->has[YAW], fast && step->has[SWA],
                                   step->has[VXS] && v > compared_speed && step->has_wheels, fast && step->has[YAW]};
-    const bool mean_ends = ++a->level_steps >= level_steps;
+    a->level_steps += 1;
+    const bool mean_ends = a->level_steps >= level_steps;
     for (int32_t k = 0; k < OC_WATCHED; ++k) {
         oc_signal_level_follow(&a->levels[k], &a->watches[k], (float)a->watches[k].held_ticks * d->tick_s, d->step_s,
                                has[k], predictions[k], missed_min[k]);
@@ -181,9 +184,9 @@ void oc_assignment_update(oc_assignment *a, const oc_assignment_design *d, const
     const float values[OC_WATCHED] = {(float)tick->steering_wheel_angle, (float)tick->yaw_rate,
                                       (float)tick->vehicle_speed, (float)tick->lateral_acceleration};
     for (int32_t k = 0; k < OC_WATCHED; ++k) {
-        if ((tick->valid >> k & 1u) != 0) {
+        if ((tick->valid & watched_bits[k]) != 0) {
             watch_signal(a, k, values[k]);
-        } else if ((sent >> k & 1u) != 0 && fabsf(values[k]) > 1.0f) { /* a number, not NaN */
+        } else if ((sent & watched_bits[k]) != 0 && fabsf(values[k]) > 1.0f) { /* a number, not NaN */
             a->watches[k].impossible_s += d->tick_s;
         }
     }

@@ -58,7 +58,8 @@ static bool is_wrapped(const oc_signal_watch *watch, int32_t k) {
 static bool judge_alone(oc_assignment *a, const oc_assignment_design *d, int32_t k) {
     const oc_signal_watch *w = &a->watches[k];
     const oc_signal_level *level = &a->levels[k];
-    const int32_t bit = 1 << k;
+    static const int32_t bits[OC_WATCHED] = {ANGLE_BIT, YAW_RATE_BIT, SPEED_BIT, ACCELERATION_BIT};
+    const int32_t bit = bits[k];
     const float held = (float)w->held_ticks * d->tick_s;
     if (oc_signal_is_stuck(level, w, held, d->step_s, oc_signal_missed_min(k), k == SPEED_SIGNAL && w->last > rolls)) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_STUCK, bit, held);

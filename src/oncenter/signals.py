@@ -120,6 +120,7 @@ class Source:
     samples: int
     not_available: int  # of the samples
     others: tuple[str, ...] = ()  # further sources of the signal, not used
+    place: str = ""  # by a database: "STEERING.ANGLE 16|13@1- of truck.dbc"
 
 
 @dataclass(frozen=True, init=False, repr=False)

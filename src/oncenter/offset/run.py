@@ -19,6 +19,7 @@ from oncenter.offset.answer import Answer
 from oncenter.offset.assemble import answer_of
 from oncenter.offset.bias_course import BiasCourse
 from oncenter.offset.coarse_recording import (
+    Coarseness,
     coarse_recording_findings,
     coarseness_of,
     widened,
@@ -137,6 +138,7 @@ class _Result(NamedTuple):
 
     native: _core.OcAnswer
     changes: tuple[Change, ...]
+    coarse: Coarseness
     logs: tuple[Signals, ...]
     together: Together | None = None
     left_out: tuple[Finding, ...] = ()
@@ -152,16 +154,17 @@ def _result(
     """By the joint method each drive is answered alone, and the truck's model combines them."""
     drives = drives_in(logs) if method == "joint" else (logs,)
     runs = [_run_over(drive, vehicle, params, method, progress) for drive in drives]
-    fit = [k for k, (native, _) in enumerate(runs) if not has_signal_fault(native)] or [len(runs) - 1]
+    fit = [k for k, (native, *_) in enumerate(runs) if not has_signal_fault(native)] or [len(runs) - 1]
     left_out = tuple(_left_out(runs[k][0], drives[k], vehicle) for k in range(len(runs)) if k not in fit)
     drives, runs = tuple(drives[k] for k in fit), [runs[k] for k in fit]
     if len(drives) == 1:
         return _Result(*runs[0], drives[0], left_out=left_out)
     from oncenter.offset.several_logs import Drive, changes_of_all, combined  # late: one log needs no model
 
-    together = combined(tuple(Drive(drive, *run) for drive, run in zip(drives, runs, strict=True)), vehicle, params)
+    alone = tuple(Drive(drive, *run[:2]) for drive, run in zip(drives, runs, strict=True))
+    together = combined(alone, vehicle, params)
     since = tuple(log for drive in together.drives for log in drive.logs)
-    return _Result(together.native, changes_of_all(together), since, together, left_out)
+    return _Result(together.native, changes_of_all(together), coarseness_of(since), since, together, left_out)
 
 
 def _left_out(native: _core.OcAnswer, logs: Sequence[Signals], vehicle: Vehicle) -> Finding:
@@ -178,13 +181,14 @@ def _run_over(
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
-) -> tuple[_core.OcAnswer, tuple[Change, ...]]:
+) -> tuple[_core.OcAnswer, tuple[Change, ...], Coarseness]:
     """The core's answer after these logs, wider for a coarse recording, and the changes in them."""
     core, changes_found = _run(logs, vehicle, params, method, progress, None)
-    native = widened(core.answer(), coarseness_of(logs), method, params)
+    coarse = coarseness_of(logs)
+    native = widened(core.answer(), coarse, method, params)
     if native["yaw_rate_bias_alarm_time"] > 0.0:
         native["yaw_rate_bias_moved"] = _bias_moved(logs, vehicle, params, method)
-    return native, changes_of(native, changes_found, logs)
+    return native, changes_of(native, changes_found, logs), coarse
 
 
 def _bias_moved(logs: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float], method: Method) -> float:
@@ -202,7 +206,7 @@ def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[st
         return replace(answer, findings=(*answer.findings, *result.left_out))
     moves = answer.zero == "moves" or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
     answer = without_faulty_estimates(answer, contradicts=moves or is_implausible(native))
-    found = coarse_recording_findings(native, coarseness_of(logs), method)
+    found = coarse_recording_findings(native, result.coarse, method)
     answer = replace(answer, findings=(*result.left_out, *answer.findings, *found))
     if result.together is None:
         return answer

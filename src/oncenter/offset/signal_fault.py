@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 from oncenter import _core
@@ -20,9 +21,7 @@ _BITS = "the start bit, length, byte order and sign that the database gives it"
 _WHOLE_TURN_DEG, _NEAR_DEG = 360.0, 20.0
 _STUCK_SHARE_MAX = 0.4  # of the drive: beyond it, the estimates rest on the stuck signal
 _WRONG_BITS_FROM = 100.0  # factor beyond all wrong units
-_RELATIVE_NEAR = (
-    1.35  # factor within which a size is that of a wrong unit: the usual ratio of two signals is as uncertain
-)
+_RELATIVE_NEAR = 1.35  # factor within which a size is that of a wrong unit: usual ratios are as uncertain
 _USUAL_BY_UNDERSTEER = 1.35  # size of the angle's motion over that of the others, at low speed
 _SLIPS: Mapping[str, tuple[tuple[float, str], ...]] = {
     "steering_wheel_angle": ((1.0 / DEGREE, "deg read as rad"), (DEGREE, "rad read as deg")),
@@ -33,17 +32,24 @@ _SLIPS: Mapping[str, tuple[tuple[float, str], ...]] = {
 
 
 class SignalFault(NamedTuple):
-    """`kind`: one of the core's names; `signals` by oncenter's names; `value` in SI, s, or a factor."""
+    """`kind`: one of the core's names; `signals` by oncenter's names; `value` in SI, s, or a factor; `places` of the
+    signals in a database."""
 
     kind: str
     signals: tuple[str, ...]
     value: float
     sources: Mapping[str, str]
     vehicle: Vehicle
+    places: Mapping[str, str] = MappingProxyType({})
 
     def subject(self) -> str:
         """ "steering wheel angle (VDC2 from 0x3E) or the yaw rate (...)"."""
         return " or the ".join(_spoken(name, self.sources) for name in self.signals)
+
+    def bits(self) -> str:
+        """What a decoded signal takes from its database: "the start bit, ... gives it: VDC2.Yaw 24|16@1+ of a.dbc"."""
+        places = [place for name in self.signals if (place := self.places.get(name))]
+        return ": ".join([_BITS, " and ".join(places)] if places else [_BITS])
 
     def in_unit(self, value: float) -> str:
         factor, unit = _UNITS[SIGNALS[self.signals[0]].quantity.unit]
@@ -61,12 +67,14 @@ def has_signal_fault(native: _core.OcAnswer) -> bool:
 
 def signal_fault(native: _core.OcAnswer, drives: Sequence[Signals], vehicle: Vehicle) -> SignalFault:
     """Of an oc_answer that has one."""
-    sources = {name: source.description for drive in drives for name, source in drive.sources.items()}
+    by_name = {name: source for drive in drives for name, source in drive.sources.items()}
+    sources = {name: source.description for name, source in by_name.items()}
+    places = {name: source.place for name, source in by_name.items()}
     signals = _core.signals_of(native["signals_at_fault"])
     kind, value = _core.SIGNAL_FAULTS[native["signal_fault"]], native["signal_fault_value"]
     if kind == "scale" and signals == ("steering_wheel_angle",):
         value /= _USUAL_BY_UNDERSTEER
-    return SignalFault(kind, signals, value, sources, vehicle)
+    return SignalFault(kind, signals, value, sources, vehicle, places)
 
 
 def finding_of(fault: SignalFault) -> Finding:
@@ -139,7 +147,7 @@ def _clipped(found: Kind, fault: SignalFault) -> Finding:
 @finding("signal_noise", "error")
 def _noise(found: Kind, fault: SignalFault) -> Finding:
     """Its means over 0.5 s differ as much as all its values."""
-    return found(f"the {fault.subject()} is no more than noise. {NO_OFFSET}. {_BOTH} {_BITS}")
+    return found(f"the {fault.subject()} is no more than noise. {NO_OFFSET}. {_BOTH} {fault.bits()}")
 
 
 @finding("signal_jumps", "error")
@@ -161,7 +169,7 @@ def _decoded_wrongly(found: Kind, fault: SignalFault) -> Finding:
     size = f"jumps by {fault.in_unit(abs(fault.value))}, as" if jumps else "has values that"
     return found(
         f"the {fault.subject()} {size} no truck does: it was decoded from wrong bits, with a wrong byte order or sign, "
-        f"or it is another signal. {NO_OFFSET}. Check {_BITS}"
+        f"or it is another signal. {NO_OFFSET}. Check {fault.bits()}"
     )
 
 
@@ -223,7 +231,7 @@ def _unrelated(found: Kind, fault: SignalFault) -> Finding:
     """It does not move with the turns that two other signals show."""
     return found(
         f"the {fault.subject()} does not follow the turns of the truck: it is another signal, or was decoded from "
-        f"wrong bits. {NO_OFFSET}. Check its assignment in {SIGNALS_TABLE}, and {_BITS}"
+        f"wrong bits. {NO_OFFSET}. Check its assignment in {SIGNALS_TABLE}, and {fault.bits()}"
     )
 
 

@@ -5,6 +5,8 @@ A verdict needs both halves of the drive, so that no single event decides.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from oncenter.plausibility.grid_signals import GRID_HZ, MIN_TIME_S, Column
@@ -52,8 +54,7 @@ def lag_s(early: Column, late: Column, step_s: float, searched_s: float = _LAG_S
     if np.isfinite(x * y).sum() * step_s < MIN_TIME_S / 2:
         return None
     furthest = round(searched_s / step_s)
-    y = np.pad(y, furthest, constant_values=np.nan)
-    likeness = [_likeness(x, y[shift : shift + len(x)]) for shift in range(2 * furthest + 1)]
+    likeness = _likenesses(x, np.pad(y, furthest, constant_values=np.nan))
     best = int(np.argmax(likeness))
     if likeness[best] < _LAG_CORRELATION or best in (0, 2 * furthest):
         return None
@@ -62,13 +63,21 @@ def lag_s(early: Column, late: Column, step_s: float, searched_s: float = _LAG_S
     return (best - furthest + between) * step_s
 
 
-def _likeness(x: Column, y: Column) -> float:
-    """0 to 1, independent of sign, over the common samples. Without `np.dot`: on busy cores its threads wait for each
-    other, here a hundred times as long as the products take."""
-    both = np.isfinite(x) & np.isfinite(y)
-    x, y = x[both], y[both]
-    energy = float(np.sqrt(np.sum(x * x) * np.sum(y * y)))
-    return abs(float(np.sum(x * y))) / energy if energy > 0 else 0.0
+def _likenesses(x: Column, y: Column) -> list[float]:
+    """At each shift of the shorter `x` along `y`: 0 to 1, independent of sign, over the common samples."""
+    has_x, has_y = np.isfinite(x).astype(np.float64), np.isfinite(y).astype(np.float64)
+    x, y = np.where(has_x > 0, x, 0.0), np.where(has_y > 0, y, 0.0)
+    x_squared, y_squared, given = x * x, y * y, []
+    for shift in range(len(y) - len(x) + 1):
+        there = slice(shift, shift + len(x))
+        energy = math.sqrt(_product(x_squared, has_y[there]) * _product(has_x, y_squared[there]))
+        given.append(abs(_product(x, y[there])) / energy if energy > 0 else 0.0)
+    return given
+
+
+def _product(x: Column, y: Column) -> float:
+    """Without `np.dot`: on busy cores its threads wait for each other a hundred times as long as the product takes."""
+    return float(np.einsum("i,i->", x, y))
 
 
 def _increments(values: Column) -> Column:

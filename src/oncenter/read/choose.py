@@ -110,6 +110,7 @@ def _source(best: Samples, having: Sequence[Samples]) -> Source:
         len(best.values),
         best.not_available,
         tuple(samples.description for samples in others),
+        best.place,
     )
 
 

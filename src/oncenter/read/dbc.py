@@ -316,6 +316,7 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
                 lost=each.lost,
                 in_file=len(on_bus),
                 beyond=each.beyond,
+                place=each.place,
             )
             for each in _values(definition, on_bus)
         ]
@@ -345,6 +346,7 @@ class _Values(NamedTuple):
     rank: int
     lost: dict[str, int]
     beyond: Beyond | None
+    place: str
 
 
 def _values(definition: Definition, frames: Frames) -> list[_Values]:
@@ -354,7 +356,7 @@ def _values(definition: Definition, frames: Frames) -> list[_Values]:
     for field in definition.fields:
         having = np.all([_has(message, part, frames) for part in field.layouts], axis=0)
         if field.signal is not None and having.any():  # else its multiplexer never selects it
-            direct.append(_direct(message, field, frames.where(having), len(frames)))
+            direct.append(_direct(definition, field, frames.where(having), len(frames)))
         if field.parameter is not None and field.group is not None:
             found = decoded(field.layout, frames)
             found.values[~having] = np.nan
@@ -365,13 +367,24 @@ def _values(definition: Definition, frames: Frames) -> list[_Values]:
     return [*direct, *(each for group in of_groups for each in group)]
 
 
-def _direct(message: Message, field: Field, frames: Frames, in_file: int) -> _Values:
+def _direct(definition: Definition, field: Field, frames: Frames, in_file: int) -> _Values:
     assert field.signal is not None
     found, lost = _whole(field, frames), {}
     if len(frames) < in_file:
         lost["other_multiplexer_page"] = in_file - len(frames)
-    beyond = _beyond(message, field.layout, found.beyond)
-    return _Values(field.signal, frames.time, found.values, -1, lost | _counts(found.why), beyond)
+    beyond = _beyond(definition.message, field.layout, found.beyond)
+    place = _place_of(definition, field.layouts)
+    return _Values(field.signal, frames.time, found.values, -1, lost | _counts(found.why), beyond, place)
+
+
+def _place_of(definition: Definition, layouts: Sequence[Signal]) -> str:
+    """Signals and bits, as the database's file writes them, and the file."""
+    bits = [
+        f"{layout.start}|{layout.length}@{int(layout.byte_order == 'little_endian')}{'-' if layout.is_signed else '+'}"
+        for layout in layouts
+    ]
+    named = [f"{definition.message.name}.{layout.name} {of}" for layout, of in zip(layouts, bits, strict=True)]
+    return f"{printable(', '.join(named))} of {Path(definition.file).name}"
 
 
 def _of_group(
@@ -388,7 +401,8 @@ def _of_group(
         rows = np.logical_or.reduce([by_spn[spn].beyond for spn in parts])
         beyond = _beyond(definition.message, layouts[parts[-1]], rows)
         rank = j1939.rank(signal, group.name)
-        given.append(_Values(signal, frames.time, values, rank, _counts(why), beyond))
+        place = _place_of(definition, [layouts[spn] for spn in parts])
+        given.append(_Values(signal, frames.time, values, rank, _counts(why), beyond, place))
     return given
 
 

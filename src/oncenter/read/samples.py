@@ -67,6 +67,7 @@ class Samples:
             `values`, or not in the arrays. Other NaN are no samples, as empty cells of a table.
         in_file: samples of the file, where the reader counts them by itself.
         beyond: values outside the range of a database, see `database_range`.
+        place: signal, bits and file of the database that decodes it, "STEERING.ANGLE 16|13@1- of truck.dbc".
     """
 
     signal: str
@@ -84,6 +85,7 @@ class Samples:
     lost: Mapping[str, int] = field(default_factory=dict)
     in_file: int | None = None
     beyond: Beyond | None = None
+    place: str = ""
 
     @property
     def time_description(self) -> str:

@@ -9,7 +9,7 @@ import pytest
 
 import oncenter as oc
 from oncenter.findings import Finding
-from oncenter.plausibility import faults, signs_and_units
+from oncenter.plausibility import check, faults, signs_and_units
 from oncenter.plausibility.grid_signals import GridSignals
 from oncenter.signals import SIGNALS, Signals
 from oncenter.vehicle import vehicle_from
@@ -129,3 +129,22 @@ def test_a_sign_that_the_vehicle_file_reverses_wrongly_is_to_be_removed(
     assert errors[0].text.startswith(f"the sign of the {name.replace('_', ' ')}")
     assert errors[0].text.endswith("Remove sign = -1 for it in the [signals] table of the vehicle file")
     assert (answer.sensor_fault == "none") == (name != "steering_wheel_angle")
+
+
+@pytest.mark.parametrize("with_vehicle", [True, False])
+@pytest.mark.parametrize(
+    ("name", "change", "code"),
+    [
+        (ANGLE, lambda d: pl.when(pl.int_range(pl.len()) % 2 == 0).then(0.0).otherwise(d), "signal_filled"),
+        (YAW_RATE, lambda r: pl.when(pl.int_range(pl.len()) % 2 == 0).then(0.0).otherwise(r), "signal_filled"),
+        (YAW_RATE, lambda r: r.abs(), "signal_magnitude"),
+        (ANGLE, lambda d: d.shift(70, fill_value=0.0), "signal_late"),
+    ],
+)
+def test_signals_says_what_offset_says_of_a_signal(
+    name: str, change: Callable[[pl.Expr], pl.Expr], code: str, with_vehicle: bool, drive: Signals, truck: oc.Vehicle
+) -> None:
+    wrong = spoiled(drive, name, change)
+    judged = check(wrong, truck if with_vehicle else None).findings
+    assert code in {finding.code for finding in judged if finding.severity == "error"}
+    assert oc.offset(wrong, truck).findings[0].code == code

@@ -16,6 +16,7 @@ static const float steps_max = 3000.0f; /* number of steps at which the sums are
 static const float motion_min = 1.0f; /* (m/s^2)^2: minimum sum of squared changes of a comparison */
 static const float steps_min = 600.0f; /* minimum number of steps of a comparison */
 static const float slow_steps_min = 300.0f; /* the same at low speed */
+static const float spread_steps = 40.0f; /* minimum number of steps of equal motion that amount to all of it */
 static const float like = 0.5f; /* minimum likeness of two signals of one motion; on straight motorways it is 0.65 */
 static const float unlike = 0.3f; /* maximum likeness of two signals of different motion */
 static const float beside_noise = 0.05f; /* ratio of sizes below which the larger one is no motion of a truck */
@@ -48,6 +49,7 @@ static void halve_pair(oc_signal_pair *pair) {
     }
     pair->first *= 0.5f;
     pair->second *= 0.5f;
+    pair->motion_squares *= 0.25f;
     pair->slow_first *= 0.5f;
     pair->slow_second *= 0.5f;
     pair->left_of_first *= 0.5f;
@@ -77,6 +79,8 @@ void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_
     }
     pair->first += x * x;
     pair->second += y * y;
+    const float motion = x * x + y * y;
+    pair->motion_squares += motion * motion;
     pair->steps += 1.0f;
     if (slow) {
         pair->slow_first += x * x;
@@ -127,6 +131,12 @@ static int32_t best_lag(const oc_signal_pair *pair) {
     return summit_near(pair, best);
 }
 
+/* Whether the motion is of many steps: one glitch decides nothing. */
+static bool is_spread(const oc_signal_pair *pair) {
+    const float motion = pair->first + pair->second;
+    return motion * motion > spread_steps * pair->motion_squares;
+}
+
 void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair *pair, float step_s) {
     const int32_t best = best_lag(pair);
     const bool slow = pair->slow_steps >= (pair->halved != 0 ? 0.5f : 1.0f) * slow_steps_min &&
@@ -138,7 +148,7 @@ void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair
         .size = sqrtf(first / (second + no_motion)),
         .is_slow = slow,
         .enough = pair->steps >= (pair->halved != 0 ? 0.1f : 1.0f) * steps_min &&
-                  oc_max(pair->first, pair->second) > motion_min,
+                  oc_max(pair->first, pair->second) > motion_min && is_spread(pair),
         .has_lag = is_distinct(pair, best),
         .both_move = oc_min(pair->first, pair->second) > motion_min,
     };

@@ -21,6 +21,7 @@ typedef struct {
 typedef struct {
     float products[OC_LAG_COUNT]; /* with the second later by -OC_LAGS to OC_LAGS steps */
     float first, second;       /* squares */
+    float motion_squares;      /* squares of the sums of both squares of a step */
     float slow_first, slow_second; /* squares at low speed, where understeer and banked bends hardly count */
     float left_of_first, right_of_first, left_of_second, right_of_second; /* products without lag, by the sign of one */
     float steps, slow_steps;

@@ -255,6 +255,7 @@ TUNED = {  # by C file and name
     "signal_pair.motion_min": 1.0,
     "signal_pair.steps_min": 600.0,
     "signal_pair.slow_steps_min": 300.0,
+    "signal_pair.spread_steps": 40.0,
     "signal_pair.like": 0.5,
     "signal_pair.unlike": 0.3,
     "signal_pair.beside_noise": 0.05,

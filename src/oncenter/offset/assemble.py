@@ -20,8 +20,9 @@ from oncenter.offset.answer import Answer
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings, moves_within, next_driving
-from oncenter.offset.signal_fault import has_signal_fault, signal_fault, without_estimates
+from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.withheld import Gaps, gaps_in, withheld_by_oncenter
+from oncenter.plausibility.signal_fault import has_signal_fault, signal_fault
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, SIGNALS, Signals
 from oncenter.truck.drives import summary_of

@@ -38,17 +38,12 @@ from oncenter.offset.inputs import (
     without_copies,
     without_unfit_wheels,
 )
-from oncenter.offset.signal_fault import (
-    SignalFault,
-    finding_of,
-    has_signal_fault,
-    signal_fault,
-    without_estimates,
-)
+from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.signals_at_fault import without_faulty_estimates
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
 from oncenter.plausibility.check_result import NO_OFFSET
 from oncenter.plausibility.recording import recording_findings
+from oncenter.plausibility.signal_fault import SignalFault, finding_of, has_signal_fault, signal_fault
 from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from oncenter.findings import Finding, most_severe_first
-from oncenter.plausibility import axles, lag, presence, ratio, signs_and_units, zeros
+from oncenter.plausibility import axles, lag, presence, ratio, signal_fault, signs_and_units, zeros
 from oncenter.plausibility.check_result import CannotTell, CheckResult
 from oncenter.plausibility.grid_signals import USEFUL, GridSignals
 from oncenter.plausibility.recording import recording_findings
@@ -63,6 +63,8 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         zeros.relative_sensor(drive),
         zeros.whole_turns(drive, comparable),
     ]
+    if not any(isinstance(verdict, Finding) and verdict.severity == "error" for verdict in verdicts):
+        verdicts.append(signal_fault.found_in(signals, vehicle))
     return Plausibility(
         most_severe_first(verdict for verdict in verdicts if isinstance(verdict, Finding)),
         tuple(verdict for verdict in verdicts if isinstance(verdict, CannotTell)),

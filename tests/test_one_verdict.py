@@ -110,10 +110,10 @@ IN_EVERY_STATE = [
     ("undecided", Drive(6.0, 1.5, 1.9, "converging", used_s=20.0)),
     ("within", Drive(0.3, 0.9, 1.5, "converging")),
     ("undecided", Drive(0.3, 0.1, 0.9, "converging")),  # it still moves
-    ("repair", Drive(0.3, status="invalid", fault="jumped")),
+    ("signal_or_sensor", Drive(0.3, status="invalid", fault="jumped")),
     ("repair", Drive(3.0, status="invalid", fault="drifting")),
     ("repair", Drive(3.0, status="invalid", fault="remounted")),
-    ("repair", Drive(0.3, zero="moves")),
+    ("signal_or_sensor", Drive(0.3, zero="moves")),
     ("signal_or_sensor", Drive(3.0, status="invalid", fault="lost")),
     ("signal_or_sensor", Drive(0.3, status="invalid", fault="stuck")),
     ("signal_or_sensor", Drive(0.3, status="invalid", fault="wrong_sign")),

@@ -166,8 +166,8 @@ static void watch_holes(oc_tick *tick, oc_tracking *tracking, const oc_coefficie
 }
 
 /* Below the speed at which the signal begins, the truck may creep along the circle of its steering wheel angle. */
-static void watch_speed_floor(oc_tick *tick, oc_evidence *evidence, const oc_learned *learned,
-                              const oc_coefficients *c) {
+static void watch_speed_floor(oc_tick *tick, oc_state *state, const oc_coefficients *c) {
+    const oc_learned *learned = &state->learned;
     const bool has_offset = learned->offset.status != OC_UNOBSERVABLE;
     const oc_signals *signals = &tick->signals;
     tick->creep = 0.0;
@@ -175,13 +175,15 @@ static void watch_speed_floor(oc_tick *tick, oc_evidence *evidence, const oc_lea
         return;
     }
     if (fabs(signals->vehicle_speed) > c->params.standstill_speed_max_m_s) {
-        oc_speed_floor_update(&evidence->speed_floor, (float)signals->vehicle_speed, (float)c->tick_s);
+        oc_speed_floor_update(&state->evidence.speed_floor, (float)signals->vehicle_speed, (float)c->tick_s);
         return;
     }
     const double straight = has_offset ? near_straight : near_unknown_straight;
     const double turned = fabs(signals->steering_wheel_angle - learned->offset.value) - straight;
     if ((signals->valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0 && turned > 0.0) {
-        tick->creep = (double)oc_speed_floor_get(&evidence->speed_floor) * turned / c->ratio_times_wheelbase;
+        const float step = oc_signal_resolution(&state->tracking.assignment.watches[OC_SPEED_WATCH]);
+        const float speed = oc_max(oc_speed_floor_get(&state->evidence.speed_floor), step);
+        tick->creep = (double)speed * turned / c->ratio_times_wheelbase;
     }
 }
 
@@ -320,7 +322,7 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     work(state, c, has_all);
 
     /* 5.3.1: the gyro's bias, also without an angle */
-    watch_speed_floor(tick, evidence, &state->learned, c);
+    watch_speed_floor(tick, state, c);
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals, tick->creep);
     set_yaw_rate_bias(tick, gyro_bias, &c->params);
 

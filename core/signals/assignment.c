@@ -124,6 +124,18 @@ static void follow_levels(oc_assignment *a, const oc_assignment_design *d, const
     a->level_steps = mean_ends ? 0 : a->level_steps;
 }
 
+/* Where the angle ends, and for how long it is there. */
+static void follow_range(oc_assignment *a, const oc_assignment_design *d, const step_means *step) {
+    const float angle = a->watches[SWA].last;
+    if (!step->has[SWA] || !step->has[VXS] || step->of[VXS] < compared_speed) {
+        return;
+    }
+    a->at_low_s = angle < a->range_low ? 0.0f : angle > a->range_low ? a->at_low_s : a->at_low_s + d->step_s;
+    a->at_high_s = angle > a->range_high ? 0.0f : angle < a->range_high ? a->at_high_s : a->at_high_s + d->step_s;
+    a->range_low = oc_min(angle, a->range_low);
+    a->range_high = oc_max(angle, a->range_high);
+}
+
 /* The angle while the truck hardly turns: by another zero the speed's changes would look like steering. */
 static float follow_straight_angle(oc_assignment *a, float angle, bool has, float lateral) {
     if (has && fabsf(lateral) < straight_acceleration) {
@@ -172,6 +184,7 @@ static void end_assignment_step(oc_assignment *a, const oc_assignment_design *d)
     step_means step;
     take_means(a, d, &step);
     follow_levels(a, d, &step);
+    follow_range(a, d, &step);
     compare_motion(a, d, &step);
     recover(a, d->step_s);
     if (--a->steps_to_judge <= 0) {

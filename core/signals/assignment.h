@@ -37,7 +37,8 @@ enum {
     OC_PAIR_YAW_RATE_WHEELS,
     OC_PAIRS
 };
-enum { OC_WATCHED = 4 }; /* the first four signals: angle, yaw rate, speed, lateral acceleration */
+/* The first four signals: angle, yaw rate, speed, lateral acceleration. */
+enum { OC_SPEED_WATCH = 2, OC_WATCHED = 4 };
 
 typedef struct {
     float per_ratio_times_wheelbase, ratio_times_wheelbase; /* 1/m, m */
@@ -53,6 +54,8 @@ typedef struct {
     oc_signal_pair pairs[OC_PAIRS];
     float sums[OC_WATCHED];    /* of this step's ticks */
     float level_sums[OC_WATCHED]; /* of the means of the steps in a level's mean */
+    float range_low, range_high; /* rad, of the angle while the truck rolls */
+    float at_low_s, at_high_s; /* s, exactly there */
     float wheel_difference, wheel_mean; /* m/s, sums of this step's ticks */
     float straight_angle;      /* rad, measured while the truck hardly turns */
     float straight_steps;      /* number of steps in it */

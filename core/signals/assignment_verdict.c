@@ -11,6 +11,8 @@ static const float whole_turn = 6.2831853f; /* rad */
 /* rad: distance of a jump from a whole turn, of an angle that wraps while it turns */
 static const float wrapped_within = 0.35f;
 static const float wrapped_jumps = 5.0f; /* minimum number of such jumps */
+static const float end_s = 6.0f; /* s: minimum time exactly at each end of the range of a clipped angle */
+static const float ends_alike = 0.01f; /* share of an end by which the two may differ */
 static const float rolls = 2.0f; /* m/s: minimum speed that is no standstill */
 static const float mended_s = 20.0f; /* s: until a stuck signal that changes again is used */
 static const float hold_s = 3600.0f; /* s: until another fault that nothing shows any more ends */
@@ -29,7 +31,7 @@ static const float any_size_max[OC_PAIRS] = {4.5f, 4.0f, 8.0f, 2.0f}; /* the sam
 /* end */
 
 enum { ANGLE_BIT = OC_HAS_STEERING_WHEEL_ANGLE, YAW_RATE_BIT = OC_HAS_YAW_RATE, SPEED_BIT = OC_HAS_VEHICLE_SPEED };
-enum { ACCELERATION_BIT = OC_HAS_LATERAL_ACCELERATION, SPEED_SIGNAL = 2 };
+enum { ACCELERATION_BIT = OC_HAS_LATERAL_ACCELERATION };
 
 const char *oc_signal_fault_name(oc_signal_fault fault) {
     static const char *const names[OC_SIGNAL_FAULT_COUNT] = {"none",  "filled", "stuck",     "clipped",
@@ -54,6 +56,13 @@ static bool is_wrapped(const oc_signal_watch *watch, int32_t k) {
     return k == 0 && fabsf(watch->jumped - whole_turn) < wrapped_within;
 }
 
+/* An angle that stays at both ends of a range with zero in its middle: a driver ends nowhere so exactly. */
+static bool judge_range(oc_assignment *a) {
+    const float middle = a->range_high + a->range_low;
+    return oc_min(a->at_low_s, a->at_high_s) > end_s && fabsf(middle) < ends_alike * a->range_high &&
+           set_signal_fault(a, OC_SIGNAL_FAULT_CLIPPED, ANGLE_BIT, a->range_high);
+}
+
 /* A fault that a signal shows by itself. */
 static bool judge_alone(oc_assignment *a, const oc_assignment_design *d, int32_t k) {
     const oc_signal_watch *w = &a->watches[k];
@@ -61,7 +70,8 @@ static bool judge_alone(oc_assignment *a, const oc_assignment_design *d, int32_t
     static const int32_t bits[OC_WATCHED] = {ANGLE_BIT, YAW_RATE_BIT, SPEED_BIT, ACCELERATION_BIT};
     const int32_t bit = bits[k];
     const float held = (float)w->held_ticks * d->tick_s;
-    if (oc_signal_is_stuck(level, w, held, d->step_s, oc_signal_missed_min(k), k == SPEED_SIGNAL && w->last > rolls)) {
+    const bool alone = k == OC_SPEED_WATCH && w->last > rolls;
+    if (oc_signal_is_stuck(level, w, held, d->step_s, oc_signal_missed_min(k), alone)) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_STUCK, bit, held);
     }
     if (oc_signal_misses(level)) {
@@ -85,7 +95,7 @@ static bool judge_each(oc_assignment *a, const oc_assignment_design *d) {
             return true;
         }
     }
-    return false;
+    return judge_range(a);
 }
 
 /* Whether `one` has no sign, by the sides of the other. */
@@ -186,7 +196,8 @@ static bool judge_scale(oc_assignment *a, const oc_pair_comparison *of) {
     if (by_ya != 0 && by_dy == -by_ya) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_SCALE, YAW_RATE_BIT, yaw_rate);
     }
-    return by_dy != 0 && by_ya == 0 && set_signal_fault(a, OC_SIGNAL_FAULT_SCALE, ANGLE_BIT, angle);
+    const int32_t one_of = oc_pair_agreement(ya) > 0 && ya->is_slow ? ANGLE_BIT : ANGLE_BIT | YAW_RATE_BIT;
+    return by_dy != 0 && by_ya == 0 && set_signal_fault(a, OC_SIGNAL_FAULT_SCALE, one_of, angle);
 }
 
 static bool judge_lag(oc_assignment *a, const oc_pair_comparison *of) {

@@ -275,6 +275,8 @@ TUNED = {  # by C file and name
     "assignment.judged_steps": 10.0,
     "assignment_verdict.wrapped_within": 0.35,
     "assignment_verdict.wrapped_jumps": 5.0,
+    "assignment_verdict.end_s": 6.0,
+    "assignment_verdict.ends_alike": 0.01,
     "assignment_verdict.rolls": 2.0,
     "assignment_verdict.mended_s": 20.0,
     "assignment_verdict.hold_s": 3600.0,

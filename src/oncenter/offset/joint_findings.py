@@ -155,8 +155,8 @@ def _moved(found: Kind, change: Change, course: str, size: float) -> Finding:
     """A change smaller than that of a remounted sensor."""
     return found(
         f"{_when(change)} the straight-ahead offset changed {course}. Another payload or ride height, or a lasting "
-        f"crosswind, can cause this. {_OFFSET_USED}. If the next drive shows the same, check whether the sensor is "
-        "loose or was replaced",
+        f"crosswind, can cause this. {_OFFSET_USED}. If the next drive shows the same, check the signal and the "
+        "mounting of the sensor",
         size,
     )
 

@@ -121,7 +121,7 @@ def _of_all(
     factor = size_of_angle(fitted, vehicle)
     if factor is not None:
         answer = _whole(result, vehicle, method, params)
-        fault = SignalFault("scale", ("steering_wheel_angle",), factor, answer.sources, vehicle)
+        fault = SignalFault("scale", ("steering_wheel_angle", "yaw_rate"), factor, answer.sources, vehicle)
         return without_estimates(answer, fault)
     answer = _whole(_result(logs, fitted, params, method, None), fitted, method, params)
     return replace(answer, findings=(far_off(fitted, vehicle), *answer.findings))

@@ -18,6 +18,7 @@ _BOTH = "Signal or sensor: check both, first"
 _BITS = "the start bit, length, byte order and sign that the database gives it"
 _WHOLE_TURN_DEG, _NEAR_DEG = 360.0, 20.0
 _ANY = Vehicle(name="any", wheelbase_m=3.0, steering_ratio=20.0)  # between cars and heavy trucks
+_FACTOR_MAX = 3.0  # of a signal whose scale alone is wrong; a larger one that is of no unit is another signal's
 _WRONG_BITS_FROM = 100.0  # factor beyond all wrong units
 _RELATIVE_NEAR = 1.35  # factor within which a size is that of a wrong unit: usual ratios are as uncertain
 _USUAL_BY_UNDERSTEER = 1.35  # size of the angle's motion over that of the others, at low speed
@@ -45,7 +46,7 @@ class SignalFault(NamedTuple):
         return " or the ".join(_spoken(name, self.sources) for name in self.signals)
 
     def bits(self) -> str:
-        """What a decoded signal takes from its database: "the start bit, ... gives it: VDC2.Yaw 24|16@1+ of a.dbc"."""
+        """Those of a decoded signal: "the start bit, ... that the database gives it: VDC2.Yaw 24|16@1+ of a.dbc"."""
         places = [place for name in self.signals if (place := self.places.get(name))]
         return ": ".join([_BITS, " and ".join(places)] if places else [_BITS])
 
@@ -96,10 +97,11 @@ def finding_of(fault: SignalFault) -> Finding:
 @finding("signal_filled", "error")
 def _filled(found: Kind, fault: SignalFault) -> Finding:
     """The core's watch of each signal: jumps that land on one value again and again."""
+    bits = ", or it is decoded from wrong bits" if fault.value != 0.0 else ""
     return found(
         f"the {fault.subject()} jumps to {fault.in_unit(fault.value)} and back again and again: missing samples are "
-        f"filled with this number. {NO_OFFSET}. Leave these samples empty where the file is written, or name a signal "
-        "without them"
+        f"filled with this number{bits}. {NO_OFFSET}. Leave these samples empty where the file is written, or name a "
+        "signal without them"
     )
 
 
@@ -184,12 +186,15 @@ def _scale(found: Kind, fault: SignalFault) -> Finding:
     ratio = fault.vehicle.ratio_near_centre
     if unit is None and name == "steering_wheel_angle" and 0.7 < factor * ratio < 1.5:
         unit = "the angle of the road wheels, not of the steering wheel"
-    what = f" ({unit})" if unit else ""
     size = f"too large by a factor of {factor:.3g}" if factor > 1.0 else f"too small by a factor of {1.0 / factor:.3g}"
     also = ", and the wheelbase and the steering ratio of the vehicle file" if name == "steering_wheel_angle" else ""
+    another = "" if unit or 1.0 / _FACTOR_MAX < factor < _FACTOR_MAX else ", and that it is not another signal"
+    what = f" ({unit})" if unit else ""
+    first, *others = (_spoken(each, fault.sources) for each in fault.signals)
+    of_others = f"the {others[0]}, or that is wrong by this factor" if others else "the other signals"
     return found(
-        f"the {fault.subject()} is {size} for the turns of the other signals{what}. {NO_OFFSET}. Check its unit and "
-        f"its scale in {SIGNALS_TABLE}{also}",
+        f"the {first} is {size} for the turns of {of_others}{what}. {NO_OFFSET}. Check its unit and its scale in "
+        f"{SIGNALS_TABLE}{also}{another}",
         factor,
     )
 

@@ -44,7 +44,14 @@ def sign(found: Kind, drive: GridSignals) -> CheckResult:
         text = f"the sign of either the {_and(like)} or the {_and(unlike)} is reversed: left turns must be positive"
     else:
         text = f"the sign of the {_and(minority)} is reversed: left turns are positive in the {_and(majority)}"
+    if suspects == ["steering wheel angle"] and _is_one_sided(drive.angle):
+        text += ". Or it is a magnitude without sign, and its sign is another signal: then name that as sign_by"
     return found(f"{text}. {NO_OFFSET}. {_sign_remedy(suspects, drive)}")
+
+
+def _is_one_sided(values: Column) -> bool:
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    return min(-low, high) < _OTHER_SIDE_MAX * max(-low, high)
 
 
 def _sign_remedy(suspects: list[str], drive: GridSignals) -> str:
@@ -70,6 +77,8 @@ _ACCELERATION_PER_RV_ON_MOTORWAYS = (0.3, 1.8)  # banked bends leave a third of 
 _MOTORWAY_M_S = 20.0
 _WHEELS_PER_YAW_RATE_M = (0.9, 3.5)  # track width; half of it with a yaw rate twice too large
 _WHEELS_PER_SPEED = (0.8, 1.25)
+
+_OTHER_SIDE_MAX = 0.02  # share of a magnitude's range, by noise about zero
 
 _RADIAN_IN_DEGREES = 1 / DEGREE
 

@@ -33,6 +33,7 @@ LATEST_S = 1e11  # year 5138: a larger stamp is not in seconds
 PLAUSIBLE_MAX_HZ, PLAUSIBLE_MIN_HZ = 1100.0, 0.5
 _USUAL_HZ = 100.0  # of logs
 BACKWARD_SHARE = 0.1  # of the steps; more mean that the column is not a time
+_BURST_MIN = 2.5  # samples of one stamp, in the mean
 DISORDER_SHARE = 0.5  # of the frames of a sender; more mean that they are in no order
 
 _SET_BY_RATE = ("steering_wheel_angle", "yaw_rate")
@@ -60,6 +61,7 @@ def to_one_tick(chosen: Sequence[Samples], log: str, notes: list[str], set_back:
     Raises:
         OncenterError: too slow, too short, or time does not increase.
     """
+    chosen = [_without_bursts(samples, notes) for samples in chosen]
     rate = _tick_rate(chosen, log)
     if _rows_are_ticks(chosen):
         notes += _backward_notes(chosen[0], log)
@@ -337,6 +339,30 @@ def _in_order(samples: Samples, log: str, notes: list[str]) -> Samples:
     beyond = None if samples.beyond is None else replace(samples.beyond, rows=samples.beyond.rows[later])
     time, values = samples.time[later], samples.values[later]
     return replace(samples, time=time, values=values, steps=None, lost=lost, beyond=beyond)
+
+
+def _without_bursts(samples: Samples, notes: list[str]) -> Samples:
+    """Frames with the time of the logger's buffer in place of their own: each burst is spread over the time before it.
+
+    A bus that is recorded twice has each stamp twice, so bursts are of three on.
+    """
+    time = samples.time
+    steps = np.diff(time)
+    if not samples.of_frames or not len(steps) or not steps.min() >= 0:
+        return samples
+    begin = np.flatnonzero(np.concatenate([[True], steps > 0]))
+    size = np.diff(begin, append=len(time))
+    if len(begin) < 2 or len(time) < _BURST_MIN * len(begin):
+        return samples
+    usual_s = float(np.median(np.diff(time[begin])))
+    before_s = np.minimum(np.diff(time[begin], prepend=time[0] - usual_s), 2.0 * usual_s)
+    of_burst = np.repeat(np.arange(len(begin)), size)
+    later = begin[of_burst] + size[of_burst] - 1 - np.arange(len(time))  # samples of the burst after this one
+    bursts = f"the time stamps of {samples.description} come in bursts of {len(time) / len(begin):.0f}"
+    note = f"{bursts}: its samples are spread evenly over the time between them"
+    if note not in notes:
+        notes.append(note)
+    return replace(samples, time=time - later * (before_s / size)[of_burst], steps=None)
 
 
 def _refuse_disorder(samples: Samples, later: npt.NDArray[np.bool_], log: str) -> None:

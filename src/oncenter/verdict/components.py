@@ -13,7 +13,7 @@ from oncenter.signals import DEGREE
 from oncenter.verdict.accused import accused, finding_of, with_source
 from oncenter.verdict.decision import standing
 from oncenter.verdict.numbers import Shown, shown
-from oncenter.verdict.offset import FAULTS, LOOSE, NO_ACTION, check_both, fault_of
+from oncenter.verdict.offset import FAULTS, LOOSE, MOVES, NO_ACTION, check_both, fault_of
 from oncenter.verdict.verdict import About, Verdict
 
 _NO_PLAY_DEG = 0.5  # an interval that reaches below it may be of none: offset/answer.py
@@ -29,7 +29,7 @@ def angle_sensor(answer: Estimates) -> Verdict:
     if fault != "none":
         return _faulty(about, answer)
     if answer.zero == "moves":
-        return Verdict(about, "repair", "the zero of the sensor moves.", LOOSE)
+        return Verdict(about, "signal_or_sensor", MOVES, LOOSE)
     if answer.zero == "relative":
         return Verdict(about, "ok", "no fault found; a relative sensor.", NO_ACTION)
     return Verdict(about, "ok", "no fault found.", NO_ACTION)
@@ -102,7 +102,8 @@ def accelerometer(answer: Estimates) -> Verdict:
         return _not_used(about, answer)
     moved = finding_of(answer, "lateral_acceleration_moves", "warning")
     if moved is not None:
-        return Verdict(about, "repair", f"its zero moved by {moved.value:.1f} m/s^2 during the drive.", _LOOK)
+        said = f"the zero of the lateral acceleration moved by {moved.value:.1f} m/s^2 during the drive."
+        return Verdict(about, "signal_or_sensor", said, "Check both, first the signals of the log.")
     tilted = _at_standstill(answer)
     if tilted is not None:
         return tilted

@@ -17,7 +17,7 @@ from oncenter.verdict.states import Code
 Interval = tuple[float, float]  # deg, the lower end first
 
 # Faults of the angle sensor by the core's names that a log with a wrong or a missing signal shows as well.
-OF_SIGNAL_OR_SENSOR = ("lost", "stuck", "wrong_sign")
+OF_SIGNAL_OR_SENSOR = ("lost", "stuck", "jumped", "wrong_sign")
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ def decide(case: Case, limit_deg: float) -> Code:
     if case.zero == "relative":
         return "no_correction"
     if case.zero == "moves":
-        return "repair"
+        return "signal_or_sensor"
     if case.own is None or case.whole is None:
         return "no_offset"
     if not case.is_valid:  # a wide interval decides only with all causes in it, and its number is not set

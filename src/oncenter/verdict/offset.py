@@ -21,12 +21,13 @@ _OFFSET, _ANGLE = "straight-ahead offset", "steering wheel angle"
 FAULTS = {  # of the angle sensor, by the core's names: observation, and what to check
     "lost": ("has no signal", "its connector, its wiring and its supply"),
     "stuck": ("always reads the same", "whether it turns with the column"),
-    "jumped": ("jumped during the drive", "Check its mounting and its connector."),
+    "jumped": ("jumped during the drive", "its mounting and its connector"),
     "drifting": ("is drifting", "Check its mounting; replace it if it is tight."),
     "wrong_sign": ("has its sign reversed", "how it is mounted"),
     "remounted": ("reads differently since a stop", "Check its mounting, and calibrate it."),
 }
-LOOSE = "Check the mounting of the sensor and of the steering wheel."
+MOVES = "the zero of the steering wheel angle moves."
+LOOSE = "Check both: first its message, bits and source, then the mounting of the sensor and of the steering wheel."
 NO_ACTION = "No action."
 
 
@@ -34,9 +35,9 @@ def offset(answer: Estimates, limit_deg: float) -> Verdict:
     """About the straight-ahead offset; `limit_deg` in deg, either sign."""
     code = decide(case_of(answer), limit_deg)
     if code == "signal_or_sensor":
-        return _signal_or_sensor(answer, limit_deg)
+        return _moves(answer, limit_deg) if answer.sensor_fault == "none" else _signal_or_sensor(answer, limit_deg)
     if code == "repair":
-        return _moves(answer, limit_deg) if answer.sensor_fault == "none" else _repair(answer, limit_deg)
+        return _repair(answer, limit_deg)
     if code == "check_signal":
         return _check_signal(answer)
     if code == "no_correction":
@@ -159,7 +160,7 @@ def _no_correction(answer: Estimates, limit_deg: float) -> Verdict:
 
 def _moves(answer: Estimates, limit_deg: float) -> Verdict:
     last = _found(answer, limit_deg, f"last {_OFFSET}")
-    return _verdict("repair", f"the zero of the {_ANGLE} sensor moves.", f"{LOOSE} Then drive again.", last)
+    return _verdict("signal_or_sensor", MOVES, f"{LOOSE} Then drive again.", last)
 
 
 def _not_valid(answer: Estimates, code: Code, limit_deg: float) -> Verdict:

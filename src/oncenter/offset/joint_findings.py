@@ -165,9 +165,9 @@ def _moved(found: Kind, change: Change, course: str, size: float) -> Finding:
 def _offset_changed(found: Kind, change: Change, course: str, size: float) -> Finding:
     """The offset changed otherwise, by more than its interval."""
     return found(
-        f"{_when(change)} the offset changed {course}. The sensor or the steering wheel was remounted, or the wheels "
-        f"were aligned. {_OFFSET_USED}. If nobody worked on the truck, check the sensor, its mounting and the wheel "
-        "alignment",
+        f"{_when(change)} the offset changed {course}. The signal is another one since then, or work on the sensor, "
+        f"the steering wheel or the wheel alignment moved its zero. {_OFFSET_USED}. If nobody worked on the truck, check "
+        "the signal, then the mounting of the sensor and the wheel alignment",
         size,
     )
 

@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x7B04261Fu;
+static const uint32_t layout_hash = 0x0367CC71u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 4),
@@ -30,7 +30,7 @@ static const oc_saved_run state_runs[] = {
     FLOATS_OF_EACH(oc_state, tracking.assignment.watches[0].last, 20, tracking.assignment.watches),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.watches[0].held_ticks, 2, tracking.assignment.watches),
     FLOATS(oc_state, tracking.assignment.levels[0].mean, 64),
-    FLOATS_OF_EACH(oc_state, tracking.assignment.witnesses[0].means[0], 52, tracking.assignment.witnesses),
+    FLOATS_OF_EACH(oc_state, tracking.assignment.witnesses[0].means[0], 53, tracking.assignment.witnesses),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.witnesses[0].steps, 1, tracking.assignment.witnesses),
     FLOATS_OF_EACH(oc_state, tracking.assignment.pairs[0].products[0], 36, tracking.assignment.pairs),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.pairs[0].halved, 1, tracking.assignment.pairs),

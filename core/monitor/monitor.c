@@ -2,6 +2,7 @@
 
 #include <math.h>
 
+#include "bounds.h"
 #include "methods.h"
 
 void oc_init(oc_state *state) {
@@ -181,8 +182,8 @@ static void watch_speed_floor(oc_tick *tick, oc_state *state, const oc_coefficie
     const double straight = has_offset ? near_straight : near_unknown_straight;
     const double turned = fabs(signals->steering_wheel_angle - learned->offset.value) - straight;
     if ((signals->valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0 && turned > 0.0) {
-        const float step = oc_signal_resolution(&state->tracking.assignment.watches[OC_SPEED_WATCH]);
-        const float speed = oc_max(oc_speed_floor_get(&state->evidence.speed_floor), step);
+        const float resolution = oc_signal_resolution(&state->tracking.assignment.watches[OC_SPEED_WATCH]);
+        const float speed = oc_max(oc_speed_floor_get(&state->evidence.speed_floor), resolution);
         tick->creep = (double)speed * turned / c->ratio_times_wheelbase;
     }
 }

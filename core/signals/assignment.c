@@ -11,6 +11,7 @@ static const float step_hz = 10.0f; /* Hz: steps of the comparison */
 static const float compared_speed = 2.0f; /* m/s: minimum speed of the comparison */
 static const float predicted_speed = 5.0f; /* m/s: minimum speed at which one signal predicts another */
 static const float slow_speed = 14.0f; /* m/s: maximum speed of the comparison of sizes */
+static const float with_slip_speed = 8.0f; /* m/s: minimum speed at which side slip hardly moves the accelerometer */
 static const float straight_acceleration = 0.25f; /* m/s^2: maximum lateral acceleration of a truck that hardly turns */
 static const float straight_steps_max = 300.0f; /* memory of the angle straight ahead, in steps */
 static const float held_max_s = 0.5f; /* s: time without a change after which a signal shows no motion */
@@ -166,7 +167,9 @@ static void compare_motion(oc_assignment *a, const oc_assignment_design *d, cons
     oc_witness_add(&w[OC_BY_ACCELERATION], a->place, leans, mean[AYS], mean[AYS], d->step_s);
     oc_witness_add(&w[OC_BY_WHEELS], a->place, rolls && step->has_wheels, by_wheels, by_wheels, d->step_s);
     for (int32_t p = 0; p < OC_PAIRS; ++p) {
-        oc_signal_pair_add(&a->pairs[p], &w[first_of[p]], &w[second_of[p]], a->place, v < slow_speed);
+        const bool with_acceleration = second_of[p] == OC_BY_ACCELERATION;
+        const bool slow = v < slow_speed && (!with_acceleration || v > with_slip_speed);
+        oc_signal_pair_add(&a->pairs[p], &w[first_of[p]], &w[second_of[p]], a->place, slow);
     }
     a->place = (a->place + 1) & (OC_CHANGE_RING - 1);
 }

@@ -16,6 +16,10 @@ static const float steps_max = 3000.0f; /* number of steps at which the sums are
 static const float motion_min = 1.0f; /* (m/s^2)^2: minimum sum of squared changes of a comparison */
 static const float steps_min = 600.0f; /* minimum number of steps of a comparison */
 static const float slow_steps_min = 300.0f; /* the same at low speed */
+static const float typical_share = 0.003f; /* share of a step in the mean size of a change: 33 s */
+static const float typical_growth = 4.0f; /* maximum of a change in this mean, over the mean */
+static const float typical_min = 0.02f; /* m/s^2: the same, for signals at rest */
+static const float unusual = 3.0f; /* size of a change over the mean, from which it counts less: kerbs, glitches */
 static const float spread_steps = 40.0f; /* minimum number of steps of equal motion that amount to all of it */
 static const float like = 0.5f; /* minimum likeness of two signals of one motion; on straight motorways it is 0.65 */
 static const float unlike = 0.3f; /* maximum likeness of two signals of different motion */
@@ -36,6 +40,8 @@ void oc_witness_add(oc_witness *witness, int32_t place, bool has, float raw, flo
     witness->changes[place & CHANGES] = later - earlier;
     witness->steps = has ? witness->steps + 1 : 0;
     if (has) {
+        const float size = fabsf(later - earlier), largest = typical_growth * witness->typical + typical_min;
+        witness->typical += typical_share * (oc_min(size, largest) - witness->typical);
         witness->low = oc_min(witness->low, raw);
         witness->high = oc_max(witness->high, raw);
         witness->left_s += lateral > side_acceleration ? step_s : 0.0f;
@@ -74,21 +80,23 @@ void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_
     }
     const int32_t middle = place - OC_LAGS;
     const float x = first->changes[middle & CHANGES], y = second->changes[middle & CHANGES];
+    const float most = oc_max(fabsf(x) / (first->typical + typical_min), fabsf(y) / (second->typical + typical_min));
+    const float weight = most > unusual ? unusual / most * (unusual / most) : 1.0f; /* of squares */
     for (int32_t l = 0; l < OC_LAG_COUNT; ++l) {
-        pair->products[l] += x * second->changes[(middle + l - OC_LAGS) & CHANGES];
+        pair->products[l] += weight * x * second->changes[(middle + l - OC_LAGS) & CHANGES];
     }
-    pair->first += x * x;
-    pair->second += y * y;
-    const float motion = x * x + y * y;
+    pair->first += weight * x * x;
+    pair->second += weight * y * y;
+    const float motion = weight * (x * x + y * y);
     pair->motion_squares += motion * motion;
     pair->steps += 1.0f;
     if (slow) {
-        pair->slow_first += x * x;
-        pair->slow_second += y * y;
+        pair->slow_first += weight * x * x;
+        pair->slow_second += weight * y * y;
         pair->slow_steps += 1.0f;
     }
-    add_by_side(&pair->left_of_first, &pair->right_of_first, first->means[middle & MEANS], x * y);
-    add_by_side(&pair->left_of_second, &pair->right_of_second, second->means[middle & MEANS], x * y);
+    add_by_side(&pair->left_of_first, &pair->right_of_first, first->means[middle & MEANS], weight * x * y);
+    add_by_side(&pair->left_of_second, &pair->right_of_second, second->means[middle & MEANS], weight * x * y);
     if (oc_min(pair->first, pair->second) > motion_max || pair->steps > steps_max) {
         halve_pair(pair);
     }

@@ -12,6 +12,7 @@ enum { OC_LAGS = 12, OC_LAG_COUNT = 2 * OC_LAGS + 1, OC_CHANGE_RING = 32, OC_MEA
 typedef struct {
     float means[OC_MEAN_RING];
     float changes[OC_CHANGE_RING];
+    float typical;             /* m/s^2, mean size of a change */
     float low, high;           /* of the signal itself, in its unit */
     float left_s, right_s;     /* s to either side */
     int32_t steps;             /* successive ones */

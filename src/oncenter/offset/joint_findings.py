@@ -166,8 +166,8 @@ def _offset_changed(found: Kind, change: Change, course: str, size: float) -> Fi
     """The offset changed otherwise, by more than its interval."""
     return found(
         f"{_when(change)} the offset changed {course}. The signal is another one since then, or work on the sensor, "
-        f"the steering wheel or the wheel alignment moved its zero. {_OFFSET_USED}. If nobody worked on the truck, check "
-        "the signal, then the mounting of the sensor and the wheel alignment",
+        f"the steering wheel or the wheel alignment moved its zero. {_OFFSET_USED}. If nobody worked on the truck, "
+        "check the signal, then the mounting of the sensor and the wheel alignment",
         size,
     )
 

@@ -330,6 +330,26 @@ def test_the_monitor_fed_tick_by_tick_gives_the_answer_of_the_log() -> None:
     assert now.backlash_rad == answer.backlash.value
 
 
+def test_the_monitor_gives_the_angle_of_the_log_also_after_its_sensor_is_lost() -> None:
+    drive, lost_s = steady_drive(minutes=2.0), 60.0
+    table = oc.angle(drive, TRUCK, sensor_lost_at=lost_s)
+    monitor = oc.Monitor(TRUCK, rate_hz=RATE_HZ)
+    sources = set()
+    for row, angle in zip(drive.table.iter_rows(named=True), table.iter_rows(named=True), strict=True):
+        is_lost = row["time_s"] >= drive.table["time_s"][0] + lost_s
+        now = monitor.step(oc.Tick(**(row | {"steering_wheel_angle_rad": math.nan} if is_lost else row)))
+        assert now.angle_rad == angle["steering_wheel_angle_rad"]
+        assert now.angle_rate_rad_s == angle["steering_wheel_angle_rate_rad_s"]
+        assert now.angle_sd_rad == angle["standard_deviation_rad"]
+        assert now.angle_status == angle["status"]
+        assert now.angle_estimate_rad == angle["estimate_rad"]
+        sources.add((is_lost, now.angle_source))
+        if is_lost:
+            assert now.angle_estimate_sd_rad == now.angle_sd_rad
+    assert sources == {(False, "compensated"), (True, "estimated")}
+    assert now.sensor_fault == "lost"
+
+
 def test_the_monitor_names_the_reason_for_an_unused_tick() -> None:
     monitor = oc.Monitor(TRUCK)
     now = monitor.step(oc.Tick(0.0, 0.0, 0.0, 2.0, 0.0))

@@ -19,7 +19,7 @@ Results:
     compare(before, after)     the effect of a calibration or a repair, from the answers of two drives
     report(answer, path)       an answer as one offline page
     trace(answer)              the output of the core at each tick of an answer
-    Monitor(vehicle, rate_hz)  the same core, one tick at a time, as in the truck
+    Monitor(vehicle, rate_hz)  the same core, one tick at a time, as in the truck: `Tick` in, `Now` out
 
 Each error of input or usage is an `OncenterError` of one line. SI and rad; left turns are positive (ISO 8855).
 Names are loaded when they are first used.
@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from oncenter.angle.run import angle as angle
     from oncenter.bus.monitor import Monitor as Monitor
+    from oncenter.bus.monitor import Now as Now
     from oncenter.bus.monitor import Tick as Tick
     from oncenter.errors import OncenterError as OncenterError
     from oncenter.offset.answer import Answer as Answer
@@ -63,6 +64,7 @@ _HOMES = {
     "offset": "offset.run",
     "trace": "offset.run",
     "Monitor": "bus.monitor",
+    "Now": "bus.monitor",
     "Tick": "bus.monitor",
     "read": "read",
     "from_dataframe": "read.dataframe",

@@ -42,6 +42,12 @@ class Tick:
 class Now:
     """The result of a tick. The motion is one filter delay old; the offset uses final evidence only.
 
+    `angle_rad` is the true steering wheel angle of this tick, with its rate and standard deviation. By `angle_source`
+    it is "compensated", the measured angle less the offset, or "estimated" from the motion alone, while the sensor is
+    lost or faulty. It is "unobservable" in `angle_status` while it is held at walking speed, and where there never was
+    a sensor; the standard deviation contains that. `angle_estimate_rad` is the estimate from the motion alone, also
+    beside a working sensor. `oncenter.angle` gives the same numbers for a log.
+
     `offset_rad`, its standard deviation `offset_sd_rad` and the part of it from this drive, `offset_drive_sd_rad`, are
     None while the offset is unobservable. `reasons` are those for which the tick cannot be used; without any, the tick
     waits for clean ticks after it. `sensor_fault` is "none" or the fault of the angle sensor; the offset is "invalid"
@@ -52,6 +58,13 @@ class Now:
 
     time_s: float
     reasons: tuple[str, ...]
+    angle_rad: float
+    angle_rate_rad_s: float
+    angle_sd_rad: float
+    angle_status: str
+    angle_source: str
+    angle_estimate_rad: float
+    angle_estimate_sd_rad: float
     curvature_1_m: float
     bank_m_s2: float
     residual_rad: float
@@ -108,11 +121,19 @@ class Monitor:
     def step(self, tick: Tick) -> Now:
         """Takes one tick. A tick that cannot be used has `reasons` and changes no estimate."""
         output = self._core.step(asdict(tick))
+        angle = output["angle"]
         status = _core.STATUSES[output["offset_status"]]
         observable = status != "unobservable"
         return Now(
             time_s=output["time"],
             reasons=tuple(name for name, bit in _core.REASONS.items() if output["reasons"] & bit),
+            angle_rad=angle["angle"],
+            angle_rate_rad_s=angle["rate"],
+            angle_sd_rad=angle["standard_deviation"],
+            angle_status=_core.STATUSES[angle["status"]],
+            angle_source="compensated" if angle["by_sensor"] else "estimated",
+            angle_estimate_rad=angle["estimate"],
+            angle_estimate_sd_rad=angle["estimate_sd"],
             curvature_1_m=output["motion"]["curvature"],
             bank_m_s2=output["motion"]["bank"],
             residual_rad=output["motion"]["residual"],

@@ -32,7 +32,7 @@ import oncenter as oc
 from oncenter import _core
 from oncenter.errors import OncenterError
 from oncenter.estimates.estimates import METHODS
-from oncenter.offset.run import trace
+from oncenter.offset.run import outputs_of
 from oncenter.signals import DEGREE
 
 BUILD = Path(__file__).parents[1] / "build" / "accuracy"
@@ -66,7 +66,7 @@ def our_course(drive: Drive, method: Any) -> tuple[Course, float, str]:
     except OncenterError as error:
         return silent, np.nan, str(error)
     spent_ns = (time.process_time_ns() - began) / drive.signals.table.height
-    ticks = trace(answer)[MINUTE_TICKS - 1 :: MINUTE_TICKS]
+    ticks = outputs_of(answer)[MINUTE_TICKS - 1 :: MINUTE_TICKS]
     statuses = np.array(_core.STATUSES)[ticks["offset_status"]]
     says = statuses != "unobservable"
     value = np.where(says, ticks["offset"], np.nan)

@@ -157,9 +157,9 @@ def draw_flanks(axes: Axes, drive: Drive) -> None:
 def course(answer: Answer) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Minutes, offset and its two standard deviations in deg, where there is an estimate, once a second."""
     rows = oc.trace(answer)[::100]
-    shown = rows[rows["evidence"] > 0.0]
-    drive_sd = shown["offset_parts"]["drive_sd"]
-    return shown["time"] / 60.0, shown["offset"] / DEGREE, shown["offset_sd"] / DEGREE, drive_sd / DEGREE
+    shown = rows[rows["evidence_s"] > 0.0]
+    drive_sd = shown["offset_drive_sd_rad"]
+    return shown["time_s"] / 60.0, shown["offset_rad"] / DEGREE, shown["offset_sd_rad"] / DEGREE, drive_sd / DEGREE
 
 
 def draw_mean(axes: Axes, drive: Drive) -> None:

@@ -219,10 +219,10 @@ def draw_one_drive(trucks: tuple[Driven, Driven], file: Path) -> None:
 
 def _cloud(axes: Axes, truck: Driven, title: str) -> None:
     rows = oc.trace(truck.answer)
-    motion = rows["motion"]
-    used = (rows["reasons"] == 0) & (rows["offset_status"] != 0) & (np.abs(motion["lateral_acceleration"]) < 1.0)
+    used = (rows["reasons"] == "") & (rows["offset_status"] != "unobservable")
+    used &= np.abs(rows["lateral_acceleration_m_s2"]) < 1.0
     some = np.nonzero(used)[0][::EVERY]
-    a_y, residual = motion["lateral_acceleration"][some], motion["residual"][some] / DEGREE
+    a_y, residual = rows["lateral_acceleration_m_s2"][some], rows["residual_rad"][some] / DEGREE
     assert truck.answer.unloading_acceleration.value is not None
     assert truck.answer.backlash.value is not None and truck.answer.understeer_gradient.value is not None
     a_0 = truck.answer.unloading_acceleration.value

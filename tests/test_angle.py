@@ -199,7 +199,7 @@ def test_the_offset_of_a_faulty_sensor_is_invalid_and_from_before(
     assert "straight-ahead offset invalid; before the fault " in str(answer)
     first = answer.findings[0]
     assert (first.code, first.severity) == ("steering_wheel_angle_sensor_at_fault", "error")
-    assert oc.trace(answer)["offset"][-1] == pytest.approx(answer.offset.value, abs=0.1 * DEGREE)
+    assert oc.trace(answer)["offset_rad"][-1] == pytest.approx(answer.offset.value, abs=0.1 * DEGREE)
     healthy = oc.offset(signals, truck)
     assert (healthy.offset.status, healthy.sensor_fault) == ("valid", "none")
 

@@ -219,7 +219,15 @@ def _check_units(path: Path) -> None:
     if path.suffix == ".parquet":
         table = pl.read_parquet(path)
         assert table["offset_status"][-1] == "valid" and table["rejected_by"][0] == "settling, speed"
-        named = {"offset_status", "rejected_by", "sensor_fault"}
+        assert {"converging", "valid"} <= set(table["true_angle_status"]) and set(table["signal_fault"]) == {"none"}
+        named = {
+            "offset_status",
+            "true_angle_status",
+            "rejected_by",
+            "sensor_fault",
+            "signal_fault",
+            "signals_at_fault",
+        }
         assert all(unit_of(name) for name in set(table.columns) - named)
         return
     from asammdf import MDF
@@ -227,7 +235,7 @@ def _check_units(path: Path) -> None:
     with MDF(path) as mdf:
         assert mdf.get("offset_deg").unit == "deg"
         assert mdf.get("yaw_rate_bias_deg_s").unit == "deg/s"
-        assert mdf.get("offset_status").samples[-1] == b"valid"
+        assert mdf.get("offset_status").samples[-1] == b"valid" and b"valid" in mdf.get("true_angle_status").samples
         assert abs(mdf.start_time.timestamp() - START_S) < 3e8
 
 

@@ -28,7 +28,7 @@ from oncenter.estimates.estimates import DEFAULT_METHOD, Method
 from oncenter.findings import Finding
 from oncenter.live import words
 from oncenter.offset.answer import Answer
-from oncenter.offset.run import trace
+from oncenter.offset.run import outputs_of
 from oncenter.report import document
 from oncenter.report.course import Course, course
 from oncenter.report.origin import Origin, origin_of
@@ -72,11 +72,11 @@ def answer_to(*drives: Signals, method: Method = DEFAULT_METHOD, **params: float
 
 
 def page_of(answer: Answer) -> str:
-    return page(answer, trace(answer))
+    return page(answer, outputs_of(answer))
 
 
 def course_of(answer: Answer) -> Course:
-    return course(answer, trace(answer))
+    return course(answer, outputs_of(answer))
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +159,7 @@ def test_the_page_says_which_truck_when_where_and_how_far(answer: Answer, drive:
         "YS2R4X20001234567", datetime(2026, 3, 1, 7, 5, tzinfo=UTC), "anna", datetime(2026, 3, 2, tzinfo=UTC)
     )
     known = replace(answer, drives=(there,))
-    rows = rows_of(page(known, trace(known), origin))
+    rows = rows_of(page(known, outputs_of(known), origin))
     driven_km = np.nansum(there.table["vehicle_speed_m_s"].to_numpy()) / drive.rate_hz / 1000
     assert rows["VIN"] == "YS2R4X20001234567" and rows["Vehicle"] == TRUCK.name
     assert rows["Vehicle file"] == "scania_r730_4x2" and rows["Start"] == "2026-03-01 07:05 UTC"

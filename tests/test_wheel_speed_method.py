@@ -51,7 +51,7 @@ def test_it_needs_neither_gyro_nor_accelerometer_nor_vehicle_speed(drive: tuple[
     answer = oc.offset(signals, TRUCK, method="wheel-speed")
     assert answer.used_s > 300
     assert answer.yaw_rate_bias.value is None
-    assert oc.trace(answer)["offset"][-1] == pytest.approx(answer.offset.value, abs=1e-3)  # radii, to the last
+    assert oc.trace(answer)["offset_rad"][-1] == pytest.approx(answer.offset.value, abs=1e-3)  # radii, to the last
 
 
 def test_one_axle_is_enough(drive: tuple[Signals, Truth]) -> None:

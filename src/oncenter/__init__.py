@@ -18,7 +18,7 @@ Results:
     budget(vehicle)            the effect of each sensor error on the offset
     compare(before, after)     the effect of a calibration or a repair, from the answers of two drives
     report(answer, path)       an answer as one offline page
-    trace(answer)              the output of the core at each tick of an answer
+    trace(answer)              the output of the core at each tick of an answer, as a table
     Monitor(vehicle, rate_hz)  the same core, one tick at a time, as in the truck: `Tick` in, `Now` out
 
 Each error of input or usage is an `OncenterError` of one line. SI and rad; left turns are positive (ISO 8855).
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from oncenter.offset.compare import Comparison as Comparison
     from oncenter.offset.compare import compare as compare
     from oncenter.offset.run import offset as offset
-    from oncenter.offset.run import trace as trace
+    from oncenter.offset.trace import trace as trace
     from oncenter.read import read as read
     from oncenter.read.dataframe import from_dataframe as from_dataframe
     from oncenter.reference.run import Reference as Reference
@@ -62,7 +62,7 @@ _HOMES = {
     "Comparison": "offset.compare",
     "compare": "offset.compare",
     "offset": "offset.run",
-    "trace": "offset.run",
+    "trace": "offset.trace",
     "Monitor": "bus.monitor",
     "Now": "bus.monitor",
     "Tick": "bus.monitor",

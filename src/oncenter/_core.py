@@ -5,7 +5,7 @@ SI units and rad. core/*/*.h documents the members.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -236,6 +236,17 @@ def _refusal(error: int, params: Mapping[str, float], rate_hz: float) -> str:
 def signals_of(bits: int) -> tuple[str, ...]:
     """The signals of these bits, by name."""
     return tuple(name for name, bit in SIGNAL_BITS.items() if bits & bit)
+
+
+def reasons_of(bits: int) -> tuple[str, ...]:
+    """The reasons of these bits, by name."""
+    return tuple(name for name, bit in REASONS.items() if bits & bit)
+
+
+def texts_of(codes: npt.NDArray[Any], text: Callable[[int], str]) -> npt.NDArray[np.object_]:
+    """The text of each code of a column, which has few different ones."""
+    different, rows = np.unique(codes, return_inverse=True)
+    return np.array([text(int(code)) for code in different], object)[rows]
 
 
 class Core:

@@ -126,7 +126,7 @@ class Monitor:
         observable = status != "unobservable"
         return Now(
             time_s=output["time"],
-            reasons=tuple(name for name, bit in _core.REASONS.items() if output["reasons"] & bit),
+            reasons=_core.reasons_of(output["reasons"]),
             angle_rad=angle["angle"],
             angle_rate_rad_s=angle["rate"],
             angle_sd_rad=angle["standard_deviation"],

@@ -243,7 +243,7 @@ class Session(threading.Thread):
         if self._learner.last is None:
             return ()
         bits = int(self._learner.last.outputs[-1]["reasons"])
-        return tuple(name for name, bit in _core.REASONS.items() if bits & bit)
+        return _core.reasons_of(bits)
 
     def _end(self) -> None:
         """Drains, saves and closes; a step that fails does not stop the next."""

@@ -41,11 +41,19 @@ _OFFSET = {
     "evidence_s": ("evidence", 1.0),
 }
 _ANGLE = {
-    "true_angle_deg": ("angle", DEGREE),
-    "true_angle_standard_deviation_deg": ("standard_deviation", DEGREE),
-    "true_angle_without_sensor_deg": ("estimate", DEGREE),
+    "true_angle_deg": ("angle.angle", DEGREE),
+    "true_angle_standard_deviation_deg": ("angle.standard_deviation", DEGREE),
+    "true_angle_without_sensor_deg": ("angle.estimate", DEGREE),
 }
-_CODES = ("offset_status", "rejected_by", "sensor_fault")
+# By column: the member, and the text of its code.
+_CODES: dict[str, tuple[str, Callable[[int], str]]] = {
+    "offset_status": ("offset_status", _core.STATUSES.__getitem__),
+    "true_angle_status": ("angle.status", _core.STATUSES.__getitem__),
+    "rejected_by": ("reasons", lambda bits: ", ".join(_core.reasons_of(bits))),
+    "sensor_fault": ("fault", _core.FAULTS.__getitem__),
+    "signal_fault": ("signal_fault", _core.SIGNAL_FAULTS.__getitem__),
+    "signals_at_fault": ("signals_at_fault", lambda bits: ", ".join(_core.signals_of(bits))),
+}
 _COLUMNS = (*_SIGNALS.values(), *_OFFSET, *_ANGLE, *_CODES)
 
 
@@ -113,9 +121,8 @@ class Trace:
         for name in _core.COLUMNS:
             if np.isnan(columns[_SIGNALS[name]]).all():
                 del columns[_SIGNALS[name]]
-        columns["offset_status"] = _names(columns["offset_status"], dict(enumerate(_core.STATUSES)))
-        columns["rejected_by"] = _names(columns["rejected_by"], _reasons(np.unique(columns["rejected_by"])))
-        columns["sensor_fault"] = _names(columns["sensor_fault"], dict(enumerate(_core.FAULTS)))
+        for name, (_, text) in _CODES.items():
+            columns[name] = _core.texts_of(columns[name], text).tolist()
         return columns
 
     def _write(self, columns: Mapping[str, Any]) -> None:
@@ -139,13 +146,11 @@ def _rows(stepped: Stepped) -> npt.NDArray[np.float64]:
         if name in _SIGNALS:
             rows[:, at[_SIGNALS[name]]] = column / DEGREE if "rad" in name else column
     for name, (member, factor) in _OFFSET.items():
-        values: Any = reduce(lambda struct, part: struct[part], member.split("."), stepped.outputs)
-        rows[:, at[name]] = values / factor
+        rows[:, at[name]] = _values(stepped, member) / factor
     for name, (member, factor) in _ANGLE.items():
-        rows[:, at[name]] = stepped.outputs["angle"][member] / factor
-    rows[:, at["offset_status"]] = stepped.outputs["offset_status"]
-    rows[:, at["rejected_by"]] = stepped.outputs["reasons"]
-    rows[:, at["sensor_fault"]] = stepped.outputs["fault"]
+        rows[:, at[name]] = _values(stepped, member) / factor
+    for name, (member, _) in _CODES.items():
+        rows[:, at[name]] = _values(stepped, member)
     has_offset = stepped.outputs["offset_status"] != _core.STATUSES.index("unobservable")
     for name in _OFFSET:
         if name.startswith("offset"):
@@ -153,12 +158,8 @@ def _rows(stepped: Stepped) -> npt.NDArray[np.float64]:
     return rows
 
 
-def _reasons(codes: npt.NDArray[np.float64]) -> dict[int, str]:
-    return {int(c): ", ".join(name for name, bit in _core.REASONS.items() if int(c) & bit) for c in codes}
-
-
-def _names(codes: npt.NDArray[np.float64], names: Mapping[int, str]) -> list[str]:
-    return [names[int(code)] for code in codes]
+def _values(stepped: Stepped, member: str) -> Any:
+    return reduce(lambda struct, part: struct[part], member.split("."), stepped.outputs)
 
 
 def _write_mf4(columns: Mapping[str, Any], path: Path) -> None:

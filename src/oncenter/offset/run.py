@@ -1,4 +1,4 @@
-"""From signals, vehicle and params to an answer and its trace: one run of the core per drive."""
+"""From signals, vehicle and params to an answer and its outputs: one run of the core per drive."""
 
 from __future__ import annotations
 
@@ -228,14 +228,14 @@ def is_implausible(native: _core.OcAnswer) -> bool:
     return bool(beyond or native["unexplained"] > _UNEXPLAINED_MAX)
 
 
-def trace(answer: Answer) -> npt.NDArray[np.void]:
+def outputs_of(answer: Answer) -> npt.NDArray[np.void]:
     """The core's output at each tick of an answer: oc_output, one row per row of all its drives, in order."""
     drives = drives_in(answer.drives) if answer.method == "joint" else (answer.drives,)
-    traces = []
+    outputs = []
     for logs in drives:
-        traces.append(np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE))
-        _run(logs, answer.vehicle, answer.params, answer.method, None, traces[-1])
-    return np.concatenate(traces)
+        outputs.append(np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE))
+        _run(logs, answer.vehicle, answer.params, answer.method, None, outputs[-1])
+    return np.concatenate(outputs)
 
 
 def _run(

@@ -70,11 +70,11 @@ def report(answer: Answer, path: str | os.PathLike[str]) -> None:
     """
     check_report(path)
     # late: bokeh takes longer to load than most answers take to find
-    from oncenter.offset.run import trace
+    from oncenter.offset.run import outputs_of
     from oncenter.report.origin import origin_of
     from oncenter.report.page import page
 
-    _write(path, page(answer, trace(answer), origin_of(answer.drives)))
+    _write(path, page(answer, outputs_of(answer), origin_of(answer.drives)))
 
 
 def _write(path: str | os.PathLike[str], html: str) -> None:

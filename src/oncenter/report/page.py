@@ -52,7 +52,7 @@ _UNSIGNED = ("backlash", "understeer_gradient")
 
 
 def page(answer: Answer, rows: npt.NDArray[Any], origin: Origin | None = None) -> str:
-    """The whole HTML document for an answer and its trace (`oncenter.offset.run.trace`); by default of no origin."""
+    """The whole HTML document for an answer and its `outputs_of` (oncenter.offset.run); by default of no origin."""
     drive = course(answer, rows)
     pictures = figures(answer, drive)
     script, divs = embedded(pictures)

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 import oncenter as oc
 from oncenter.findings import PLAY_STANDARD_DEG
-from oncenter.offset.run import trace
+from oncenter.offset.run import outputs_of
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate.truth import Truth
 from oncenter.thesis.drives import simulated
@@ -75,7 +75,7 @@ def _driven(title: str, signals: Signals, truth: Truth) -> _Driven:
     vehicle = oc.vehicle("scania_r730_4x2")
     answer = oc.offset(signals, vehicle, method="thesis", params=_OPEN_GATE)
     assert answer.offset.value is not None
-    used = trace(answer)["reasons"] == 0
+    used = outputs_of(answer)["reasons"] == 0
     angle, r, v, a_y = (
         signals.columns[name][used]
         for name in (

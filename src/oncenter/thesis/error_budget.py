@@ -12,7 +12,7 @@ import polars as pl
 
 import oncenter as oc
 from oncenter.offset.budget import Truck, as_corrected_rad, as_printed_rad
-from oncenter.offset.run import trace
+from oncenter.offset.run import outputs_of
 from oncenter.signals import DEGREE, Signals
 from oncenter.thesis.drives import simulated
 from oncenter.thesis.figure import MUTED, OURS, THESIS, TRUTH, Claim, Exhibit, Figure, Misprint, Progress, Table
@@ -135,7 +135,7 @@ def _varying_speed() -> tuple[float, float, float]:
     )
     assert before.offset.value is not None and after.offset.value is not None
     speed = truth.table["vehicle_speed_m_s"].to_numpy()
-    used = trace(after)["reasons"] == 0
+    used = outputs_of(after)["reasons"] == 0
     ratio_times_wheelbase = vehicle.ratio_near_centre * vehicle.wheelbase_m
     return (
         before.offset.value - after.offset.value,

@@ -78,11 +78,11 @@ def run(progress: Progress) -> list[Exhibit]:
 def _residual_deg(answer: oc.Answer) -> Array:
     """delta - delta_hat of (37) at the clean ticks, in order, minus its mean."""
     rows = oc.trace(answer)
-    clean = rows[rows["reasons"] == 0]
+    clean = rows[rows["reasons"] == ""]
     ratio = answer.vehicle.ratio_near_centre
     gradient = answer.understeer_gradient.value or 0.0
-    modelled_rest = ratio * gradient * clean["motion"]["lateral_acceleration"]
-    residual = (clean["motion"]["residual"] - modelled_rest) / DEGREE
+    modelled_rest = ratio * gradient * clean["lateral_acceleration_m_s2"]
+    residual = (clean["residual_rad"] - modelled_rest) / DEGREE
     return np.asarray(residual - residual.mean())
 
 

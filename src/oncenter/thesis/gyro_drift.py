@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 import oncenter as oc
-from oncenter.offset.run import trace
+from oncenter.offset.run import outputs_of
 from oncenter.signals import DEGREE, Signals
 from oncenter.thesis.drives import simulated
 from oncenter.thesis.figure import MUTED, OURS, THESIS, TRUTH, Claim, Exhibit, Figure, Progress
@@ -40,7 +40,7 @@ def run(progress: Progress) -> list[Exhibit]:
     signals, truth = simulated("thesis_drive", _changes())
     progress(0.2)
     rows = slice(0, int(_SHOWN_S * signals.rate_hz))
-    outputs = trace(oc.offset(signals, oc.vehicle("scania_r730_4x2")))[rows]
+    outputs = outputs_of(oc.offset(signals, oc.vehicle("scania_r730_4x2")))[rows]
     progress(0.4)
     time_s = signals.columns["time_s"][rows]
     bias = truth.table["yaw_rate_bias_rad_s"].to_numpy()[rows]

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 import oncenter as oc
 from oncenter.offset.budget import Truck, as_corrected_rad
-from oncenter.offset.run import trace
+from oncenter.offset.run import outputs_of
 from oncenter.signals import DEGREE, Signals
 from oncenter.thesis.drives import simulated
 from oncenter.thesis.figure import MUTED, OURS, THESIS, TRUTH, Claim, Exhibit, Figure, Progress
@@ -102,7 +102,7 @@ def _passes(signals: Signals) -> list[_Pass]:
             if (end - first) / signals.rate_hz < _PASS_MIN_S:
                 continue
             answer = oc.offset(replace(signals, table=signals.table[first:end]), truck, method="thesis")
-            outputs = trace(answer)
+            outputs = outputs_of(answer)
             begun = outputs["evidence"] > 0.0
             if not (outputs["evidence"] > _ENOUGH_S).any():
                 continue

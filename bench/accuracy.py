@@ -1,11 +1,13 @@
 """Error, interval and convergence time of every method and every rival, on simulated drives, in one run.
 
-    python bench/accuracy.py [--drives N] [--rows a,b] [--methods a,b] [--jobs N] [--tuning] [--page]
+    python -m bench.accuracy [--rival module:function] [--drives N] [--rows a,b] [--methods a,b] [--jobs N] [--tuning]
+                             [--page]
 
 A row of the matrix (accuracy_rows.py) is N drives of 20 minutes (the population: four times as many), each with its own
 truck, road and sensors, drawn from population.py. Seeds from 1001 on are for reporting. Seeds from 1 on (--tuning) are
 for tuning a method: no threshold may be chosen on the reported ones. All results go to build/accuracy/. --page, with
-all rows and methods, also writes docs/accuracy.md and its picture.
+all rows and methods, also writes docs/accuracy.md and its picture. --rival compares a function of your own:
+docs/howto/compare_estimator.md.
 """
 
 from __future__ import annotations
@@ -19,14 +21,18 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import polars as pl
+
+sys.path.insert(1, str(Path(__file__).parent))  # after the working folder, whose modules --rival takes
+
 from accuracy_rows import ROWS, Drive, drive
 from population import PRIORS
-from rivals import MINUTE_TICKS, Array, Course, rivals
+from rivals import MINUTE_TICKS, NAMES, Array, Course, RivalError, rival
 
 import oncenter as oc
 from oncenter import _core
@@ -45,14 +51,14 @@ Record = dict[str, Any]
 
 def courses(drive: Drive, methods: Sequence[str]) -> Iterator[tuple[str, Course, float, str]]:
     """Each method's name, values minute by minute, CPU time per tick in ns, and the reason if it gives no answer."""
-    theirs = rivals()
     for name in methods:
-        began = time.process_time_ns()
-        if name in theirs:
-            course = theirs[name](drive.columns, drive.known)
-            yield name, course, (time.process_time_ns() - began) / drive.signals.table.height, ""
-        else:
+        if name in METHODS:
             yield name, *our_course(drive, name)
+            continue
+        their_course, columns = rival(name), drive.columns
+        began = time.process_time_ns()
+        course = their_course(columns, drive.known)
+        yield name, course, (time.process_time_ns() - began) / drive.signals.table.height, ""
 
 
 def our_course(drive: Drive, method: Any) -> tuple[Course, float, str]:
@@ -265,20 +271,54 @@ def names_of(text: str, known: Sequence[str], what: str) -> list[str]:
     return names
 
 
+def methods_of(text: str, own: Sequence[str]) -> list[str]:
+    """The methods of this list, by default oncenter's and the rivals, which need numba; then the own ones.
+
+    Raises:
+        RivalError: one of them cannot run.
+    """
+    methods = names_of(text, [*METHODS, *NAMES], "method")
+    compiled = [name for name in methods if name in NAMES]
+    if compiled and find_spec("numba") is None:
+        needs = f"{', '.join(compiled)} need numba, which is not installed: pip install numba"
+        if text:
+            raise RivalError(needs)
+        print(f"without the rivals of the bench: {needs}", file=sys.stderr)
+        methods = [name for name in methods if name not in NAMES]
+    for name in own:
+        if ":" not in name:
+            raise RivalError(f"--rival takes module:function, got {name}")
+        rival(name)
+    return [*methods, *own]
+
+
 def main() -> None:
-    known_methods = [*METHODS, *rivals()]
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=60, help="of each row (60)")
     parser.add_argument("--rows", default="", help="names separated by commas; default: all")
     parser.add_argument("--methods", default="", help="names separated by commas; default: all")
+    parser.add_argument(
+        "--rival",
+        action="append",
+        default=[],
+        metavar="MODULE:FUNCTION",
+        help="your own estimator; more than one possible",
+    )
     parser.add_argument("--jobs", type=int, default=1, help="processes (1)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
     parser.add_argument("--page", action="store_true", help="write docs/accuracy.md and docs/accuracy.png")
     given = parser.parse_args()
     rows = names_of(given.rows, list(ROWS), "row")
-    methods = names_of(given.methods, known_methods, "method")
-    if given.page and (given.tuning or given.rows or given.methods):
-        parser.error("--page reports all rows and methods, on the seeds for it")
+    if given.page and (given.tuning or given.rows or given.methods or given.rival or find_spec("numba") is None):
+        parser.error("--page reports all rows and methods, on the seeds for it, and needs numba")
+    try:
+        compare(given, rows, methods_of(given.methods, given.rival))
+    except RivalError as error:
+        sys.exit(str(error))
+
+
+def compare(given: argparse.Namespace, rows: Sequence[str], methods: Sequence[str]) -> None:
+    """Runs, prints and keeps the comparison."""
     first = TUNING_FROM if given.tuning else REPORTED_FROM
     seeds = range(first, first + given.drives)
     table = run(rows, seeds, methods, given.jobs)

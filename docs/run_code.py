@@ -2,12 +2,12 @@
 
     python docs/run_code.py [--write] [PAGE…]        # all pages unless named; --write renews the outputs shown
 
-A page's blocks run in one temporary folder, which holds this checkout's `vehicles`, `dbc`, `examples` and `scenarios`
-and the drives of `DRIVES` that the page names. By the language of a block:
+A page's blocks run in one temporary folder, which holds this checkout's `vehicles`, `dbc`, `examples`, `scenarios` and
+`bench`, and the drives of `DRIVES` that the page names. By the language of a block:
 
 - `sh`: run by `sh -e`; `oncenter` and `python` are this checkout's. A line that installs or builds is not run: its
   extras must be in pyproject.toml, its make target in the Makefile, its folder must exist.
-- `python`: run, in one namespace a page.
+- `python`: run, in one namespace a page; saved as well if its first line is a comment `# NAME.py`.
 - `text`, or no language: the output of the block before. Its lines occur there in this order, `...` stands for any.
   Without a language, a block that begins with a command is one of `sh`.
 - `toml`: read as a vehicle file, a scenario or a pyproject; saved if its first line is a comment `# NAME.toml`.
@@ -60,7 +60,7 @@ DRIVES = {
 # A scenario that is not shipped: the truck of before.log once its sensor was calibrated.
 CALIBRATED = 'base = "thesis_drive"\nabout = "calibrated"\n[sensors.steering_wheel_angle]\noffset_deg = 0.1\n'
 COMMANDS = ("oncenter ", "pip ", "python ", "make ")
-FOLDERS = ("vehicles", "dbc", "examples", "scenarios")
+FOLDERS = ("vehicles", "dbc", "examples", "scenarios", "bench")
 SET_UP = re.compile(
     r"^\s*(make\b|pip\d? |pipx |uv |python3? -m (pip|venv) |\.venv/bin/pip |git |\. |source |sudo |apt|brew )"
 )
@@ -174,6 +174,9 @@ class Desk:
         return True
 
     def _python(self, block: Block) -> None:
+        name = re.match(r"# (\w+\.py)\b", block.source)
+        if name is not None:
+            (self.folder / name[1]).write_text(block.source, encoding="utf-8")
         run_cell = runpy.run_path(str(ROOT / "docs" / "run_notebook.py"))["run_cell"]
         with contextlib.chdir(self.folder):
             try:

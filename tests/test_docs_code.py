@@ -58,6 +58,11 @@ def test_a_block_that_cannot_run_says_why(drives: Path, tmp_path: Path) -> None:
     CODE["run_page"](page_of("<!-- not run: needs MATLAB -->\n```matlab\nplot(1)\n```\n", tmp_path), drives)
 
 
+def test_a_block_of_python_with_a_name_is_a_file_for_the_blocks_after_it(drives: Path, tmp_path: Path) -> None:
+    text = "```python\n# mine.py: an example\nvalue = 3\n```\n```sh\npython -c 'import mine; print(mine.value)'\n```\n"
+    CODE["run_page"](page_of(f"{text}```text\n3\n```\n", tmp_path), drives)
+
+
 def test_outputs_are_renewed_and_the_rest_of_the_page_is_left(drives: Path, tmp_path: Path) -> None:
     text = "```sh\necho one; echo two; echo three\n```\n\n```text\nnone\n```\n\n    after\n"
     page = page_of(text, tmp_path)

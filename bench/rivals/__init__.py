@@ -2,13 +2,16 @@
 their common result.
 
 A rival gets the columns of a drive and the truck's data, and gives a value at the end of every minute. Angles are in
-rad at the steering wheel; measured angle less offset is the true angle, as in oncenter.
+rad at the steering wheel; measured angle less offset is the true angle, as in oncenter. docs/howto/compare_estimator.md
+says how to add one.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -60,13 +63,41 @@ def without_interval(value_rad: Array) -> Course:
 Rival = Callable[[Mapping[str, Array], Known], Course]
 
 
-def rivals() -> dict[str, Rival]:
-    """Rivals by name, compiled at their first call."""
-    from rivals.autoware import autoware
-    from rivals.bins import bins
-    from rivals.median import median
-    from rivals.mode import mode
-    from rivals.openpilot import openpilot
-    from rivals.rls import rls
+NAMES = ("bins", "rls", "autoware", "openpilot", "median", "mode")  # of this folder; numba compiles them
 
-    return {"bins": bins, "rls": rls, "autoware": autoware, "openpilot": openpilot, "median": median, "mode": mode}
+
+class RivalError(Exception):
+    """A rival does not exist, or gives something else than values; one line."""
+
+
+def rival(name: str) -> Rival:
+    """A rival of this folder, or any other function by "module:function".
+
+    Raises:
+        RivalError: there is none.
+    """
+    module, is_own, function = name.partition(":")
+    if not is_own:
+        found: Rival = getattr(import_module(f"rivals.{name}"), name)
+        return found
+    try:
+        own = getattr(import_module(module), function, None)
+    except ModuleNotFoundError as error:
+        if error.name != module.partition(".")[0]:
+            raise
+        raise RivalError(f"no module {module}: run `python -m bench.accuracy` in the folder with {module}.py") from None
+    if not callable(own):
+        raise RivalError(f"{module} has no function {function or '(name it after the colon)'}")
+    return lambda columns, known: _course_of(name, own(columns, known), len(columns["time_s"]) // MINUTE_TICKS)
+
+
+def _course_of(name: str, given: Any, minutes: int) -> Course:
+    """The course by the values of each minute, rad, or by a pair of them and their standard deviations."""
+    value, sd = given if isinstance(given, tuple) else (given, np.nan)
+    value_rad, sd_rad = np.asarray(value, np.float64), np.asarray(sd, np.float64)
+    if value_rad.shape != (minutes,) or sd_rad.shape not in ((), (minutes,)):
+        raise RivalError(
+            f"{name} must give one value for each of {minutes} minutes, or a pair of these and their standard "
+            f"deviations; it gives the shapes {value_rad.shape} and {sd_rad.shape}"
+        )
+    return Course(value_rad, np.broadcast_to(sd_rad, value_rad.shape), np.isfinite(value_rad))

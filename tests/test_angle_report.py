@@ -13,6 +13,7 @@ import oncenter as oc
 from oncenter.cli import run
 from oncenter.report.angle_course import angle_course
 from oncenter.report.angle_page import angle_page
+from oncenter.report.angle_plots import angle_figures
 from oncenter.signals import DEGREE, Signals
 
 TRUCK = oc.vehicle("scania_r730_4x2")
@@ -76,6 +77,15 @@ def test_the_figures_are_those_of_the_table(drive: Signals) -> None:
     error_deg = np.sqrt(np.mean(course.error[fast] ** 2))
     assert error_deg == pytest.approx(np.sqrt(np.mean(expected**2)) / DEGREE, rel=0.1)
     assert f"{error_deg:.2f} deg" in page_of(drive, LOST_S)
+
+
+def test_the_picture_of_the_angle_contains_the_largest_one(drive: Signals) -> None:
+    table = oc.angle(drive, TRUCK)
+    turn = table["time_s"].is_between(500.0, 500.5)  # less than 0.1 % of the drive
+    table = table.with_columns(steering_wheel_angle_rad=pl.col("steering_wheel_angle_rad") + 300.0 * DEGREE * turn)
+    course = angle_course(table, drive, None, None)
+    shown = angle_figures(course)["angle"].y_range
+    assert shown.start < np.nanmin(course.angle) and np.nanmax(course.angle) < shown.end
 
 
 def test_a_fault_is_reported_in_words_with_its_time(drive: Signals) -> None:

@@ -168,6 +168,26 @@ def test_the_a2l_file_names_only_variables_of_the_program(folder: Path, ecu: Pat
     assert len(addresses) > 50 and all(int(address, 16) > 0 for address in addresses)
 
 
+def test_the_command_of_the_docs_gives_the_types_of_a_target_with_short_enums(folder: Path, tmp_path: Path) -> None:
+    (update,) = re.findall(r"^a2ltool .*--update (\w+)", (ROOT / "docs" / "export.md").read_text("utf-8"), re.MULTILINE)
+    short = ["-fshort-enums", "-g", "-shared", "-fPIC", "-Iecu", "ecu/oncenter_ecu.c"]
+    subprocess.run([*CC, *short, "-o", "short.elf"], cwd=folder, check=True)
+    linked = tmp_path / "linked.a2l"
+    a2ltool("--elffile", folder / "short.elf", "--update", update, "-o", linked, folder / "ecu" / "oncenter.a2l")
+    of_enums = re.findall(
+        r"((?:RL_)?U(?:BYTE|LONG)) (?:0 )?CM_(?:Status|Method|AngleMethod|SensorFault|SignalFault) ",
+        linked.read_text("utf-8"),
+    )
+    assert len(of_enums) > 10 and set(of_enums) == {"UBYTE", "RL_UBYTE"}
+
+
+def test_the_a2l_file_has_the_fault_of_the_sensor_and_of_the_signals(folder: Path) -> None:
+    names = re.findall(
+        r"/begin MEASUREMENT oncenter_output\.(\w*fault\w*) ", (folder / "ecu" / "oncenter.a2l").read_text("utf-8")
+    )
+    assert {"fault", "signal_fault", "signals_at_fault"} <= set(names)
+
+
 def test_the_ecus_program_rejects_ticks_before_its_truck_is_calibrated(ecu: Path) -> None:
     program = ctypes.CDLL(str(ecu))
     program.oncenter_ecu_defaults()

@@ -110,6 +110,7 @@ def test_the_version_is_the_same_everywhere() -> None:
     assert oncenter.__version__ == ours
     assert re.search(r"^## \[(.+?)\]", text("CHANGELOG.md"), re.MULTILINE)[1] == ours
     assert re.search(r"^version: (.+)$", text("CITATION.cff"), re.MULTILINE)[1] == ours
+    assert re.search(r"^  version = \{(.+)\},$", text("docs/cite.md"), re.MULTILINE)[1] == ours
 
 
 def test_the_lock_pins_versions_and_contains_no_address() -> None:

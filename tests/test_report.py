@@ -331,6 +331,15 @@ def test_the_thesiss_page_draws_its_mean_and_its_line(drive: Signals) -> None:
     assert used == pytest.approx(thesis.used_s, rel=0.02)
 
 
+def test_the_picture_of_the_angle_contains_the_largest_one_of_fast_driving(answer: Answer) -> None:
+    drive = course_of(answer)
+    assert drive.measured is not None
+    measured = np.where(
+        np.arange(len(drive.time)) == np.flatnonzero(np.isfinite(drive.expected))[500], 300.0, drive.measured
+    )
+    assert figures(answer, replace(drive, measured=measured))["angle"].y_range.end > 300.0
+
+
 def test_a_drive_without_a_clean_tick_still_gives_a_page_that_says_so(parking: Answer) -> None:
     pictures = figures(parking, course_of(parking))
     assert {"angle", "gate"} <= set(pictures) and not {"offset", "cloud", "bends", "understeer"} & set(pictures)

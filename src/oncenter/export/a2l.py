@@ -27,6 +27,8 @@ _OTHER_MEMBERS = {
     "angle_method": "params.angle_method",
     "angle_status": "output.angle.status",
     "fault": "output.fault",
+    "signal_fault": "output.signal_fault",
+    "signals_at_fault": "output.signals_at_fault",
     **{f"offset_parts[{k}]": f"answer.offset_parts.{member}" for k, (_, member, _, _) in enumerate(OFFSET_PARTS)},
 }
 _STRUCTS = ("vehicle", "params", "tick", "output", "answer")

@@ -39,7 +39,7 @@ def _angle(course: AngleCourse, begin: float, end: float, height: int) -> figure
     rows = np.flatnonzero((course.time >= begin) & (course.time <= end))
     picture = _over_time(begin, end, "true steering wheel angle (deg)", height)
     shown = [course.angle[rows]] if course.reference is None else [course.angle[rows], course.reference[rows]]
-    picture.y_range = range_of(np.concatenate(shown), 0.2)
+    picture.y_range = range_of(np.concatenate(shown))
     _mark_faults(picture, course, begin, end)
     kept, x, columns = _columns(course, rows, course.angle)
     low, high = course.angle - course.half_width, course.angle + course.half_width

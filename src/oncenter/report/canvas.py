@@ -71,8 +71,8 @@ def every(n: int, count: int) -> Indices:
     return np.unique(np.append(np.arange(0, n, max(1, n // count)), n - 1))
 
 
-def range_of(values: Floats, outside_percent: float = 0.5) -> Range1d:
-    """A range for the finite values without the outermost on both sides, with a margin."""
+def range_of(values: Floats, outside_percent: float = 0.0) -> Range1d:
+    """A range for the finite values with a margin, without the outermost on both sides if a percentage is given."""
     finite = values[np.isfinite(values)]
     if not len(finite):
         return Range1d(-1.0, 1.0)

@@ -67,7 +67,7 @@ def _angle(answer: Answer, course: Course, time: Range1d) -> figure | None:
     if course.measured is None:
         return None
     picture = _over_time(course, time, "angle (deg)", 260)
-    # on-centre driving, not the yard: the outermost angles are outside at first, where there is enough of the former
+    # on-centre driving, not the yard: the yard's angles are outside at first, where there is enough of the former
     fast = np.isfinite(course.expected)
     rows = fast if fast.mean() > _FAST_ENOUGH else np.ones_like(fast)
     picture.y_range = range_of(np.concatenate([course.measured[rows], course.expected[rows]]))
@@ -155,7 +155,7 @@ def _offset(answer: Answer, course: Course, time: Range1d) -> figure | None:
     last = np.flatnonzero(known)[-1]
     # the first seconds' interval is as wide as a barn: leave it outside unless it is all there is
     settled = known & (high - low < 4.0 * (high - low)[last] + 1.0)
-    picture.y_range = range_of(np.concatenate([low[settled], high[settled]]), 0.0)
+    picture.y_range = range_of(np.concatenate([low[settled], high[settled]]))
     of_drive = course.offset_half_width_drive
     lines = {"offset": course.offset, "low": low, "high": high}
     lines |= {"of_drive": of_drive, "inner_low": course.offset - of_drive, "inner_high": course.offset + of_drive}
@@ -200,7 +200,7 @@ def _yaw_rate_bias(course: Course, time: Range1d) -> figure | None:
     if not settled.any() or low[settled].max() - high[settled].min() < _BIAS_MOVES_DEG_S:
         return None
     picture = _over_time(course, time, "yaw rate bias (deg/s)", 220)
-    picture.y_range = range_of(np.concatenate([low[settled], high[settled]]), 0.0)
+    picture.y_range = range_of(np.concatenate([low[settled], high[settled]]))
     rows = every(len(course.time), 2 * _BINS)
     x, columns = broken_at_holes(course.time, rows, course.holes, {"bias": bias, "low": low, "high": high})
     source = as_source(x=x, **columns)
@@ -293,7 +293,7 @@ def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figu
             )
         )
     late = values[np.isfinite(values)]
-    picture.y_range = range_of(np.concatenate([late[len(late) // 20 :], bounds]), 0.0)
+    picture.y_range = range_of(np.concatenate([late[len(late) // 20 :], bounds]))
     x, columns = broken_at_holes(course.time, rows, course.holes, {"y": course.understeer_gradient})
     picture.line(x, columns["y"], color=COLOURS["estimate"], line_width=2)
     return picture

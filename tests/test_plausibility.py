@@ -30,6 +30,7 @@ from oncenter.cli import run
 from oncenter.offset.run import offset
 from oncenter.plausibility import check
 from oncenter.signals import DEGREE, Source
+from oncenter.simulate import simulate
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -99,6 +100,11 @@ def test_a_wrong_unit_is_named(name: str, factor: float, said: str, wheels: bool
 def test_wheel_speeds_in_km_h_are_named() -> None:
     fault = both(*(scaled(name, 3.6) for name in WHEELS))
     assert "wheel speeds are too large by a factor of 3.6" in only(check(fault(drive()), TRUCK).findings).text
+
+
+def test_fifteen_degrees_of_play_are_no_wrong_scale_of_the_angle() -> None:
+    play = simulate("heavy_play", seed=4)[0]  # in slow bends for half a minute the wheel turns 3.5 times as much
+    assert "scale" not in [finding.code for finding in offset(play, TRUCK).findings]
 
 
 def test_with_angle_and_yaw_rate_alone_both_units_are_named() -> None:

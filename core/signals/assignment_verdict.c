@@ -26,7 +26,7 @@ static const float noise_sd_min[OC_WATCHED] = {0.05f, 0.015f, 1.0f, 1.0f};
 static const float sized_like = 0.7f; /* minimum likeness of two signals whose sizes are compared */
 /* usual size of the first motion of a pair over the second at low speed, minimum */
 static const float slow_size_min[OC_PAIRS] = {0.62f, 0.65f, 0.6f, 0.4f};
-static const float slow_size_max[OC_PAIRS] = {3.0f, 1.55f, 2.3f, 2.0f}; /* the same, maximum */
+static const float slow_size_max[OC_PAIRS] = {4.0f, 1.55f, 2.3f, 2.0f}; /* the same, maximum */
 static const float any_size_min[OC_PAIRS] = {0.5f, 0.35f, 0.3f, 0.4f}; /* the same at any speed, minimum */
 static const float any_size_max[OC_PAIRS] = {4.5f, 4.0f, 8.0f, 2.0f}; /* the same at any speed, maximum */
 /* end */

@@ -251,7 +251,7 @@ def test_a_sensor_that_slips_again_and_again_is_named_and_its_interval_has_the_l
     assert holds(answer, TRUE_DEG + 4.0)
     assert answer.correction is None
     offset, sensor = answer.to_dict()["verdicts"][:2]
-    assert offset["state"] == sensor["state"] == "repair"
+    assert offset["state"] == sensor["state"] == "signal_or_sensor"
 
 
 @pytest.mark.parametrize("wheel", ["front_left", "front_right", "rear_left", "rear_right"])

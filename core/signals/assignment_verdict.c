@@ -57,10 +57,12 @@ static bool is_wrapped(const oc_signal_watch *watch, int32_t k) {
     return k == 0 && fabsf(watch->jumped - whole_turn) < wrapped_within;
 }
 
-/* An angle that stays at both ends of a range with zero in its middle: a driver ends nowhere so exactly. */
+/* An angle that stays at both ends of a range with zero in its middle: a driver ends nowhere so exactly. The ends of a
+ * coarse angle are equal by chance. */
 static bool judge_range(oc_assignment *a) {
-    const float middle = a->range_high + a->range_low;
-    return oc_min(a->at_low_s, a->at_high_s) > end_s && fabsf(middle) < ends_alike * a->range_high &&
+    const float middle = a->range_high + a->range_low, alike = ends_alike * a->range_high;
+    return oc_min(a->at_low_s, a->at_high_s) > end_s && fabsf(middle) < alike &&
+           oc_signal_resolution(&a->watches[0]) < alike &&
            set_signal_fault(a, OC_SIGNAL_FAULT_CLIPPED, ANGLE_BIT, a->range_high);
 }
 

@@ -8,6 +8,7 @@ import pytest
 
 from oncenter import _core
 from oncenter._native import ffi, lib
+from oncenter.estimates.estimates import DEFAULT_METHOD
 from oncenter.export.variables import UNITS
 from oncenter.param_table import params
 
@@ -22,6 +23,13 @@ def test_the_defaults_are_the_thesiss() -> None:
     about = "core/params.toml: a default that is not the thesis's leaves this list, and its row has another source"
     assert {name: DEFAULTS[name] for name in table_4 | chapter_5} == table_4 | chapter_5, about
     assert _core.bad_param({}) is None
+
+
+def test_firmware_that_only_takes_the_defaults_runs_the_joint_method_as_python_does() -> None:
+    native = ffi.new("oc_params *")
+    lib.oc_params_defaults(native)
+    assert _core.METHODS[native.method] == DEFAULT_METHOD == "joint"
+    assert _core.ANGLE_METHODS[native.angle_method] == "observer"
 
 
 def test_every_name_ends_in_its_unit() -> None:

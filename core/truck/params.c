@@ -7,7 +7,7 @@
 #define DEGREE (3.14159265358979323846 / 180.0) /* rad, for constants */
 
 static const oc_params defaults = {
-    .method = OC_METHOD_THESIS,
+    .method = OC_METHOD_JOINT,
     .angle_method = OC_ANGLE_OBSERVER,
     /* params.toml: defaults */
     .cutoff_hz = 3.0,

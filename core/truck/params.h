@@ -145,6 +145,7 @@ typedef struct {
     int32_t use_accelerometer;
 } oc_params;
 
+/* Joint method, observer, and the defaults of docs/params.md. */
 void oc_params_defaults(oc_params *params);
 
 /* Whether all are within their ranges. */

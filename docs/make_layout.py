@@ -12,6 +12,7 @@ MEANING = 5  # raise it when a member keeps its name and type but changes its me
 KINDS = {"double": "DOUBLES", "float": "FLOATS", "int32_t": "INTEGERS", "uint64_t": "COUNTS"}
 WIDE = ("DOUBLES", "COUNTS")
 ENUM = "ENUMS"
+NOT_SAVED = "ready"  # a restored state is set ready when its image is found intact
 WIDTH = 120
 
 BEGIN, END = "/* docs/make_layout.py writes the following from the headers. */\n", "/* end */\n"
@@ -71,7 +72,7 @@ def table(name: str, struct: str, found: list[Number]) -> str:
 def made() -> dict[Path, str]:
     """The text of the file."""
     ffi = runpy.run_path(str(ROOT / "liboncenter.py"))["ffi"]
-    state = list(numbers(ffi, ffi.typeof("oc_state"), ""))
+    state = [row for row in numbers(ffi, ffi.typeof("oc_state"), "") if row[0] != NOT_SAVED]
     coefficients = numbers(ffi, ffi.typeof("oc_coefficients"), "")
     keyed = [row for row in coefficients if row[0].startswith(("vehicle.", "params.")) or row[0] == "rate_hz"]
     hashed = "\n".join([str(MEANING), *(f"{name} {kind} {times}" for name, kind, _, _, times in state)])

@@ -8,7 +8,7 @@
 bool ecu_read_signals(oc_signals *tick);
 void ecu_send(uint32_t pgn, const uint8_t *data);
 const uint8_t *ecu_slot(uint32_t slot);
-void ecu_write_slot(uint32_t slot, const uint8_t *image, size_t size);
+void ecu_write_slot(uint32_t slot, uint32_t at, const uint8_t *piece, size_t size);
 oc_error run_monitor(const oc_vehicle *vehicle, double offset_max);
 
 static uint8_t slots[2][1 << 16];
@@ -41,9 +41,10 @@ const uint8_t *ecu_slot(uint32_t slot) {
     return slots[slot];
 }
 
-void ecu_write_slot(uint32_t slot, const uint8_t *image, size_t size) {
-    FILE *file = fopen(files[slot], "wb");
-    fwrite(image, 1, size, file);
+void ecu_write_slot(uint32_t slot, uint32_t at, const uint8_t *piece, size_t size) {
+    FILE *file = fopen(files[slot], at == 0 ? "wb" : "r+b");
+    fseek(file, (long)at, SEEK_SET);
+    fwrite(piece, 1, size, file);
     fclose(file);
 }
 

@@ -123,9 +123,17 @@ def failure_modes() -> set[int]:
     return {int(fmi) for fmi in ended}
 
 
+def errors() -> set[int]:
+    wrong: tuple[dict[str, float], ...] = ({}, {"wheelbase": 0.0}, {"speed_min_m_s": -1.0}, {"rate_hz": 5.0})
+    by_setup = {("ok", "vehicle", "params", "rate").index(refusal(**each)) for each in wrong}
+    ecu, tick, zero = Ecu(), ffi.new("oc_signals *"), (ffi.new("oc_state *"), ffi.new("oc_coefficients *"))
+    calls = ((ffi.NULL, ecu.coefficients), (ecu.state, zero[1]), (zero[0], ecu.coefficients))
+    return by_setup | {lib.oc_step(state, coefficients, tick, ffi.NULL) for state, coefficients in calls}
+
+
 def clock_verdicts() -> set[int]:
     clock = ffi.new("oc_clock *")
-    return {lib.oc_clock_update(clock, 2, time) for time in (5.0, 6.0, 1.0, 2.0, 3.0)}
+    return {lib.oc_clock_update(clock, 2, 1.0, time) for time in (5.0, 6.0, 1.0, 2.0, 3.0)}
 
 
 def slopes() -> set[int]:
@@ -144,10 +152,7 @@ REACHED: dict[str, Callable[[], set[int]]] = {
     "oc_signal_bit": signal_bits,
     "oc_status": lambda: set(outputs_of(lost_for(18_000, 19_000), "thesis", "observer")["offset_status"].tolist()),
     "oc_reason": reasons,
-    "oc_error": lambda: {
-        ("ok", "vehicle", "params", "rate").index(refusal(**wrong))
-        for wrong in ({}, {"wheelbase": 0.0}, {"speed_min_m_s": -1.0}, {"rate_hz": 5.0})
-    },
+    "oc_error": errors,
     "oc_clock_verdict": clock_verdicts,
     "oc_method": lambda: own_way(_core.METHODS, lambda name: (name, "observer")),
     "oc_angle_method": lambda: own_way(_core.ANGLE_METHODS, lambda name: ("joint", name)),

@@ -433,6 +433,9 @@ def test_two_compilers_that_lay_structs_out_differently_write_the_same_image(
 ) -> None:
     usual, short = (ignition(compiled[name], columns, tmp_path / name) for name in ("usual", "short"))
     assert usual == short
+    assert ignition(compiled["usual"], columns, tmp_path / "usual") == (
+        ignition(compiled["short"], columns, tmp_path / "short")
+    )
     for slot in ("slot_0", "slot_1"):
         assert (tmp_path / "usual" / slot).read_bytes() == (tmp_path / "short" / slot).read_bytes()
     again = ignition(compiled["short"], columns, tmp_path / "usual")  # from the other's image

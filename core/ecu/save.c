@@ -2,13 +2,15 @@
 
 #include <string.h>
 
+#include "methods.h"
 #include "saved_layout.h"
 #include "saved_plausible.h"
 
 /* Derived. */
 static const uint32_t magic = 0x5653434Fu; /* "OCSV" in ASCII, little-endian */
 /* Offsets in the image, save.h. */
-enum { AT_MAGIC = 0, AT_LAYOUT = 4, AT_KEY = 8, AT_SEQUENCE = 12, AT_LENGTH = 16, AT_STATE = 20, CRC_BYTES = 4 };
+enum { AT_MAGIC = 0, AT_LAYOUT = 4, AT_KEY = 8, AT_SEQUENCE = 12, AT_LENGTH = 16, CRC_BYTES = 4 };
+enum { TIME_BIT = 1 }; /* of OC_REASON_TIME, 1 << 1 */
 
 /* Numerical. */
 /* Exponents of IEEE 754, against overflow in products of a few numbers; infinity and NaN are beyond them, too. */
@@ -96,41 +98,54 @@ static bool is_number(uint8_t kind, uint64_t bits) {
     }
 }
 
-/* Writes a run's numbers to the image; returns the end. */
-static uint8_t *save_run(const uint8_t *from, const oc_saved_run *run, uint8_t *to) {
-    const size_t step = bytes_in_memory(run->kind), bytes = bytes_saved(run->kind);
-    for (size_t each = 0; each < run->times; ++each) {
-        const uint8_t *next = from + run->place + each * run->step * 4u;
-        for (size_t k = 0; k < run->count; ++k, next += step, to += bytes) {
-            write_number(to, bits_at(next, step), bytes);
-        }
+/* Place of the next number of the state. */
+static void go_on(oc_image_place *at, const oc_saved_run *run) {
+    at->number += 1;
+    if (at->number == run->count) {
+        at->number = 0;
+        at->each += 1;
     }
-    return to;
+    if (at->each == run->times) {
+        at->each = 0;
+        at->run += 1;
+    }
 }
 
-/* Reads a run's numbers; NULL where one is not acceptable. */
-static const uint8_t *restore_run(uint8_t *to, const oc_saved_run *run, const uint8_t *from) {
-    const size_t step = bytes_in_memory(run->kind), bytes = bytes_saved(run->kind);
-    for (size_t each = 0; each < run->times; ++each) {
-        uint8_t *next = to + run->place + each * run->step * 4u;
-        for (size_t k = 0; k < run->count; ++k, next += step, from += bytes) {
-            const uint64_t bits = read_number(from, bytes);
-            if (!is_number(run->kind, bits)) {
-                return NULL;
-            }
-            set_bits(next, step, bits);
-        }
-    }
-    return from;
+static size_t place_of(const oc_image_place *at, const oc_saved_run *run) {
+    return run->place + at->each * run->step * 4u + at->number * bytes_in_memory(run->kind);
 }
 
-static bool restore_state(oc_state *state, const uint8_t *from) {
+/* The next four bytes of the state. */
+static uint32_t saved_word(oc_image_place *at, const oc_state *state) {
     size_t count;
-    const oc_saved_run *runs = oc_saved_state(&count);
-    for (size_t k = 0; k < count && from != NULL; ++k) {
-        from = restore_run((uint8_t *)state, &runs[k], from);
+    const oc_saved_run *run = oc_saved_state(&count) + at->run;
+    const uint64_t bits = bits_at((const uint8_t *)state + place_of(at, run), bytes_in_memory(run->kind));
+    if (at->has_low || bytes_saved(run->kind) == 4u) {
+        const bool high = at->has_low;
+        at->has_low = false;
+        go_on(at, run);
+        return (uint32_t)(high ? bits >> 32 : bits);
     }
-    return from != NULL;
+    at->has_low = true;
+    return (uint32_t)bits;
+}
+
+/* Takes the next four bytes of the state; false where they complete a number that is not acceptable. */
+static bool restore_word(oc_image_place *at, oc_state *state, uint32_t word) {
+    size_t count;
+    const oc_saved_run *run = oc_saved_state(&count) + at->run;
+    if (!at->has_low && bytes_saved(run->kind) == 8u) {
+        at->low = word;
+        at->has_low = true;
+        return true;
+    }
+    const uint64_t bits = at->has_low ? (uint64_t)word << 32 | at->low : word;
+    if (is_number(run->kind, bits)) {
+        set_bits((uint8_t *)state + place_of(at, run), bytes_in_memory(run->kind), bits);
+    }
+    at->has_low = false;
+    go_on(at, run);
+    return is_number(run->kind, bits);
 }
 
 uint32_t oc_save_key(const oc_coefficients *c) {
@@ -150,7 +165,7 @@ uint32_t oc_save_key(const oc_coefficients *c) {
 }
 
 size_t oc_save_size(void) {
-    size_t bytes = AT_STATE + CRC_BYTES, count;
+    size_t bytes = OC_IMAGE_HEAD_BYTES + CRC_BYTES, count;
     const oc_saved_run *runs = oc_saved_state(&count);
     for (size_t k = 0; k < count; ++k) {
         bytes += runs[k].times * runs[k].count * bytes_saved(runs[k].kind);
@@ -158,66 +173,165 @@ size_t oc_save_size(void) {
     return bytes;
 }
 
-size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequence, uint8_t *image, size_t size) {
-    const size_t length = oc_save_size();
-    if (size < length) {
-        return 0;
-    }
-    write_number(image + AT_MAGIC, magic, 4);
-    write_number(image + AT_LAYOUT, oc_saved_layout(), 4);
-    write_number(image + AT_KEY, oc_save_key(c), 4);
-    write_number(image + AT_SEQUENCE, sequence, 4);
-    write_number(image + AT_LENGTH, length, 4);
-    uint8_t *to = image + AT_STATE;
-    size_t count;
-    const oc_saved_run *runs = oc_saved_state(&count);
-    for (size_t k = 0; k < count; ++k) {
-        to = save_run((const uint8_t *)state, &runs[k], to);
-    }
-    write_number(to, crc_over(0, image, length - CRC_BYTES), CRC_BYTES);
-    return length;
+/* Ticks change the state between two pieces; so do rejected ones. */
+static uint64_t ticks_of(const oc_state *state) {
+    return state->evidence.ticks + state->evidence.rejected[TIME_BIT];
 }
 
-/* All checks except those of the numbers. */
-static oc_image_fault fault_of(const oc_coefficients *c, const uint8_t *image, size_t size) {
-    if (size < AT_MAGIC + 4 || read_word(image + AT_MAGIC) != magic) {
-        return OC_IMAGE_MISSING;
+/* Begins at the image's first byte. */
+static void go_to_begin(oc_image_place *at) {
+    memset(at, 0, sizeof *at);
+    at->fault = OC_IMAGE_TRUNCATED;
+}
+
+void oc_save_begin(oc_image_place *at, const oc_state *state, uint32_t sequence) {
+    if (at == NULL || state == NULL) {
+        return;
     }
-    if (size < AT_STATE + CRC_BYTES || read_word(image + AT_LENGTH) > size) {
-        return OC_IMAGE_TRUNCATED;
+    go_to_begin(at);
+    at->sequence = sequence;
+    at->words = (uint32_t)(oc_save_size() / 4u);
+    at->ticks = ticks_of(state);
+}
+
+static uint32_t next_word(oc_image_place *at, const oc_state *state, const oc_coefficients *c) {
+    const uint32_t k = at->next;
+    at->next += 1;
+    if (k >= OC_IMAGE_HEAD_BYTES / 4u) {
+        return k + 1u == at->words ? at->crc : saved_word(at, state);
     }
-    const size_t length = read_word(image + AT_LENGTH);
-    if (length < AT_STATE + CRC_BYTES ||
-        crc_over(0, image, length - CRC_BYTES) != read_word(image + length - CRC_BYTES)) {
+    switch (k) {
+    case AT_MAGIC / 4: return magic;
+    case AT_LAYOUT / 4: return oc_saved_layout();
+    case AT_KEY / 4: return oc_save_key(c);
+    case AT_SEQUENCE / 4: return at->sequence;
+    default: return 4u * at->words; /* AT_LENGTH */
+    }
+}
+
+size_t oc_save_piece(oc_image_place *at, const oc_state *state, const oc_coefficients *c, uint8_t *piece, size_t size) {
+    size_t written = 0;
+    if (at == NULL || piece == NULL || oc_check_call(state, c) != OC_OK || ticks_of(state) != at->ticks) {
+        return 0;
+    }
+    while (at->next < at->words && size - written >= 4u) {
+        write_number(piece + written, next_word(at, state, c), 4);
+        at->crc = crc_over(at->crc, piece + written, 4);
+        written += 4u;
+    }
+    return written;
+}
+
+size_t oc_save(const oc_state *state, const oc_coefficients *c, uint32_t sequence, uint8_t *image, size_t size) {
+    oc_image_place at;
+    if (state == NULL || size < oc_save_size()) {
+        return 0;
+    }
+    oc_save_begin(&at, state, sequence);
+    return oc_save_piece(&at, state, c, image, size);
+}
+
+void oc_restore_begin(oc_image_place *at, oc_state *state) {
+    if (at == NULL || state == NULL) {
+        return;
+    }
+    go_to_begin(at);
+    at->acceptable = true;
+    oc_init(state);
+    state->ready = 0;
+}
+
+/* All words of an image are there. */
+static oc_image_fault fault_of_all(const oc_image_place *at, const oc_state *state, const oc_coefficients *c) {
+    if (at->damaged) {
         return OC_IMAGE_DAMAGED;
     }
-    if (read_word(image + AT_LAYOUT) != oc_saved_layout() || length != oc_save_size()) {
+    if (at->other_layout) {
         return OC_IMAGE_LAYOUT;
     }
-    return read_word(image + AT_KEY) == oc_save_key(c) ? OC_IMAGE_OK : OC_IMAGE_FOREIGN;
+    if (at->foreign) {
+        return OC_IMAGE_FOREIGN;
+    }
+    return at->acceptable && oc_saved_plausible(state, c) ? OC_IMAGE_OK : OC_IMAGE_IMPLAUSIBLE;
+}
+
+static void take_length(oc_image_place *at, uint32_t length) {
+    at->words = length / 4u;
+    at->other_layout = at->other_layout || length != oc_save_size();
+}
+
+/* OC_IMAGE_TRUNCATED: the image goes on. */
+static oc_image_fault take_word(oc_image_place *at, oc_state *state, const oc_coefficients *c, uint32_t word) {
+    const uint32_t k = at->next;
+    at->next += 1;
+    switch (k) {
+    case AT_MAGIC / 4: return word == magic ? OC_IMAGE_TRUNCATED : OC_IMAGE_MISSING;
+    case AT_LAYOUT / 4: at->other_layout = word != oc_saved_layout(); return OC_IMAGE_TRUNCATED;
+    case AT_KEY / 4: at->foreign = word != oc_save_key(c); return OC_IMAGE_TRUNCATED;
+    case AT_SEQUENCE / 4: at->sequence = word; return OC_IMAGE_TRUNCATED;
+    case AT_LENGTH / 4:
+        take_length(at, word);
+        return word < OC_IMAGE_HEAD_BYTES + CRC_BYTES || word % 4u != 0 ? OC_IMAGE_DAMAGED : OC_IMAGE_TRUNCATED;
+    default: break;
+    }
+    if (k + 1u == at->words) {
+        at->damaged = word != at->crc;
+        return fault_of_all(at, state, c);
+    }
+    if (!at->other_layout && !at->foreign) {
+        const bool acceptable = restore_word(at, state, word);
+        at->acceptable = at->acceptable && acceptable;
+    }
+    return OC_IMAGE_TRUNCATED;
+}
+
+oc_image_fault oc_restore_piece(oc_image_place *at, oc_state *state, const oc_coefficients *c, const uint8_t *piece,
+                                size_t size) {
+    if (at == NULL || state == NULL || c == NULL || piece == NULL) {
+        return OC_IMAGE_MISSING;
+    }
+    for (size_t k = 0; at->fault == OC_IMAGE_TRUNCATED && size - k >= 4u; k += 4u) {
+        at->fault = take_word(at, state, c, read_word(piece + k));
+        at->crc = crc_over(at->crc, piece + k, 4);
+        if (at->fault == OC_IMAGE_OK) {
+            state->ready = OC_STATE_READY;
+        } else if (at->fault != OC_IMAGE_TRUNCATED) {
+            oc_init(state);
+        }
+    }
+    return at->fault;
 }
 
 oc_image_fault oc_restore(oc_state *state, const oc_coefficients *c, const uint8_t *image, size_t size,
                           uint32_t *sequence) {
-    const oc_image_fault fault = fault_of(c, image, size);
-    oc_init(state);
-    *sequence = 0;
+    oc_image_place at;
+    if (sequence != NULL) {
+        *sequence = 0;
+    }
+    if (state == NULL || c == NULL) {
+        return OC_IMAGE_MISSING;
+    }
+    oc_restore_begin(&at, state);
+    const oc_image_fault fault = size < 4u ? OC_IMAGE_MISSING : oc_restore_piece(&at, state, c, image, size);
     if (fault != OC_IMAGE_OK) {
-        return fault;
-    }
-    if (!restore_state(state, image + AT_STATE) || !oc_saved_plausible(state, c)) {
         oc_init(state);
-        return OC_IMAGE_IMPLAUSIBLE;
+    } else if (sequence != NULL) {
+        *sequence = at.sequence;
     }
-    *sequence = read_word(image + AT_SEQUENCE);
-    return OC_IMAGE_OK;
+    return fault;
+}
+
+uint32_t oc_newer_slot(const uint8_t *head_0, const uint8_t *head_1) {
+    /* by the difference, so that the sequence may overflow */
+    return read_word(head_1 + AT_SEQUENCE) - read_word(head_0 + AT_SEQUENCE) - 1u < 0x7FFFFFFFu ? 1u : 0u;
 }
 
 oc_image_fault oc_restore_newest(oc_state *state, const oc_coefficients *c, const uint8_t *slot_0,
                                  const uint8_t *slot_1, size_t size, uint32_t *sequence) {
-    /* by the difference, so that the sequence may overflow */
-    const bool second = size >= AT_STATE &&
-                        read_word(slot_1 + AT_SEQUENCE) - read_word(slot_0 + AT_SEQUENCE) - 1u < 0x7FFFFFFFu;
+    if (slot_0 == NULL || slot_1 == NULL) {
+        return oc_restore(state, c, slot_0 == NULL ? slot_1 : slot_0, size, sequence);
+    }
+    const bool second = size >= OC_IMAGE_HEAD_BYTES && oc_newer_slot(slot_0, slot_1) == 1u;
     const oc_image_fault fault = oc_restore(state, c, second ? slot_1 : slot_0, size, sequence);
     if (fault == OC_IMAGE_OK) {
         return OC_IMAGE_OK;

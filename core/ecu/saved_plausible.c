@@ -75,6 +75,7 @@ static const member doubles[] = {
     {offsetof(oc_state, evidence.standstill.lateral_acceleration.mean), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.x), OC_GYRO_BIAS_STATES, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.axles[0].weight), 7, NOT_NEGATIVE, OC_AXLE_COUNT, AXLES}, /* to blocks */
+    {offsetof(oc_state, evidence.gyro_bias.axles[0].difference), 4, SUM, OC_AXLE_COUNT, AXLES}, /* to acceleration */
     {offsetof(oc_state, evidence.gyro_bias.axles[0].noise), 1, SHARE, OC_AXLE_COUNT, AXLES},
     {offsetof(oc_state, evidence.gyro_bias.still.weight), 2, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.still.mean), 1, YAW_RATE, 1, 0},

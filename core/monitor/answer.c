@@ -3,6 +3,7 @@
 #include "monitor.h"
 
 #include <math.h>
+#include <string.h>
 
 /* Derived. */
 enum { window_bit = 8 }; /* of OC_REASON_WINDOW, 1 << 8 */
@@ -37,7 +38,14 @@ static oc_offset_covariances covariances_of(const oc_evidence *evidence, const o
     };
 }
 
-void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
+oc_error oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *answer) {
+    const oc_error error = answer == NULL ? OC_ERROR_NULL : oc_check_call(state, c);
+    if (error != OC_OK) {
+        if (answer != NULL) {
+            memset(answer, 0, sizeof *answer);
+        }
+        return error;
+    }
     const oc_evidence *now = &state->evidence;
     oc_verdicts verdicts = now->verdicts; /* a copy: a query changes no status */
     oc_learned learned = state->learned;  /* updated by a standstill since the last final block */
@@ -101,4 +109,5 @@ void oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answer *a
         answer->changed[k] = now->joint.changed[k];
     }
     answer->rejected[window_bit] = (ticks - to_double(now->unused_motion) - used) * c->tick_s;
+    return OC_OK;
 }

@@ -5,6 +5,9 @@
 #include "monitor.h"
 #include "tick.h"
 
+/* Whether state and coefficients are in the condition that a call needs. */
+oc_error oc_check_call(const oc_state *state, const oc_coefficients *c);
+
 /* (36) to (38), the thesis's method, by measured yaw rate and speed or by wheel speeds. True where evidence grew. */
 bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
                                 const oc_coefficients *c);

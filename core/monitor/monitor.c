@@ -1,17 +1,25 @@
 #include "monitor.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "bounds.h"
 #include "methods.h"
 
+/* memset, here and below: an unoptimised compiler builds a struct of zeros on the stack before it copies it. */
 void oc_init(oc_state *state) {
-    *state = (oc_state){0};
+    if (state != NULL) {
+        memset(state, 0, sizeof *state);
+        state->ready = OC_STATE_READY;
+    }
 }
 
 void oc_restart(oc_state *state, double elapsed_s) {
+    if (state == NULL || state->ready != OC_STATE_READY) {
+        return;
+    }
     oc_joint_ignition(&state->evidence.joint, &state->tracking.joint, (float)elapsed_s);
-    state->tracking = (oc_tracking){0};
+    memset(&state->tracking, 0, sizeof state->tracking);
     state->evidence.standstill.still_ticks = 0;
     oc_gyro_bias_restart(&state->evidence.gyro_bias, elapsed_s);
 }
@@ -303,8 +311,9 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
 
     tick->stands = tick->moves = false;
 
-    /* a tick whose time does not increase is rejected */
-    const oc_clock_verdict verdict = oc_clock_update(&tracking->clock, c->ticks_until_new_clock, tick->signals.time);
+    /* a tick whose time does not increase, or not by the rate, is rejected */
+    const oc_clock_verdict verdict =
+        oc_clock_update(&tracking->clock, c->ticks_until_new_clock, c->tick_s, tick->signals.time);
     if (verdict == OC_CLOCK_REJECTS) {
         tick->reasons = OC_REASON_TIME;
         tick->angle = (oc_angle){0};
@@ -364,9 +373,28 @@ static void step_and_publish(oc_state *state, const oc_coefficients *c, oc_tick 
     }
 }
 
-void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *signals, oc_output *output) {
+oc_error oc_check_call(const oc_state *state, const oc_coefficients *c) {
+    if (state == NULL || c == NULL) {
+        return OC_ERROR_NULL;
+    }
+    if (!(c->rate_hz >= OC_RATE_MIN_HZ && c->rate_hz <= OC_RATE_MAX_HZ)) {
+        return OC_ERROR_SETUP;
+    }
+    return state->ready == OC_STATE_READY ? OC_OK : OC_ERROR_STATE;
+}
+
+oc_error oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *signals, oc_output *output) {
+    const oc_error error = signals == NULL ? OC_ERROR_NULL : oc_check_call(state, coefficients);
+    if (error != OC_OK) {
+        if (output != NULL) {
+            memset(output, 0, sizeof *output);
+            output->reasons = OC_REASON_MISSING_SIGNAL;
+        }
+        return error;
+    }
     oc_tick tick = {.signals = *signals};
     step_and_publish(state, coefficients, &tick, output);
+    return OC_OK;
 }
 
 /* The columns are in the order of the signals and of their bits. */

@@ -1,9 +1,49 @@
 #ifndef OC_MONITOR_H
 #define OC_MONITOR_H
-/* Figure 15 as one function, and the interface for firmware and Python.
+/* Figure 15 as one function, and the interface for firmware and Python. This is its manual.
  *
- * Coefficients follow from vehicle, params and rate, and are constant. State is plain data that may be copied, compared
- * and saved: tracking (filters and pending blocks, lost at ignition), evidence (kept) and learned (the estimates). */
+ * Result. The offset is the reading of the steering wheel angle sensor without lateral force, in the middle of the free
+ * play: true angle = measured angle - offset. Use it only while its status is OC_VALID; +-1.96 standard deviations are
+ * a 95 % interval. The angle in the output needs no sensor; use it while its status is OC_VALID or OC_CONVERGING.
+ *
+ * Signs and units. SI and rad, at every interface. ISO 8855: a left turn is positive for angle, offset, yaw rate,
+ * lateral acceleration and torque; speed is positive forward. The accelerometer measures specific force: at rest on a
+ * road that falls to the right it reads positive. signals.h and vehicle.h have the unit and range of each member,
+ * params.h those of each parameter. A signal beyond the range of any road vehicle counts as missing.
+ *
+ * Memory. The caller owns all structs; the core has no globals and no heap. Coefficients follow from vehicle, params
+ * and rate, and are constant. State is plain data that may be copied, compared and saved (save.h): tracking (filters
+ * and pending blocks, lost at ignition), evidence (kept) and learned (the estimates).
+ *
+ * Order of calls.
+ *   1. oc_params_defaults; then change what the truck needs: known play, axle layout, ...
+ *   2. oc_setup, at power-up and after a change of vehicle, params or rate. If it fails, ticks are refused.
+ *   3. oc_init, or oc_restore of save.h, once. Where the vehicle has changed, what was learned is of another one: init.
+ *   4. oc_restart at each ignition, if the state has been restored or was kept in RAM.
+ *   5. oc_step at each tick, at the rate of oc_setup, also while signals are missing or the truck stands.
+ *   6. oc_answer_get at any time: everything about all ticks. It changes nothing.
+ *
+ * Time. `time` of a tick is in seconds, from any zero, and increases by 1 / rate_hz; jitter is harmless. Pass the time
+ * at which the signals were received, so that lost ticks are visible. A tick whose time does not increase is rejected,
+ * OC_REASON_TIME. So are all ticks while a second of them, without its longest hole, takes more than 1.5 or less than
+ * 1 / 1.5 s: another rate than in oc_setup, or a time in ms. After a correct second this needs ten wrong ones in
+ * succession.
+ *
+ * Tasks. Calls for one state must not interrupt each other: make them in one task, or lock the state. Calls for two
+ * states may run at once, also with the same coefficients. embedded/README.md has time, stack and memory.
+ *
+ * Errors. oc_setup, oc_step and oc_answer_get return OC_OK, or an error for a NULL, for coefficients without a
+ * successful oc_setup and for a state without oc_init; output or answer are zero then, which is unobservable. The output
+ * of oc_step may be NULL. Functions that return a name return "unknown", or NULL where it says so. All other pointers
+ * must be valid.
+ *
+ * Checked in each tick, with a named reason or fault: missing and implausible signals, time, rate, gaps; signals that
+ * contradict the others (signal_fault: stuck, filled, clipped, noise, sign, scale, lag), and faults of the angle sensor
+ * (fault). The offset is OC_INVALID during a fault.
+ *
+ * Not checked: wheelbase, steering ratio and traffic side of another truck, within their ranges; wheel speeds of another
+ * axle; a signal that is wrong by a few percent; an angle from which the sender has subtracted an offset. `oncenter
+ * offset` on a recorded drive judges the whole log and names these, as far as they show. */
 
 #include "angle.h"
 #include "assignment.h"
@@ -31,9 +71,12 @@ enum { OC_VERSION_MAJOR = 0, OC_VERSION_MINOR = 2, OC_VERSION_PATCH = 0 };
 
 typedef enum {
     OC_OK = 0,
-    OC_ERROR_VEHICLE,
-    OC_ERROR_PARAMS,
-    OC_ERROR_RATE,
+    OC_ERROR_VEHICLE, /* oc_vehicle_check names the member; NULL: the method needs a track width */
+    OC_ERROR_PARAMS,  /* oc_params_check names the parameter */
+    OC_ERROR_RATE,    /* not 20 to 200 Hz, or cutoff_hz is 0.45 of it or more */
+    OC_ERROR_NULL,    /* a pointer is NULL */
+    OC_ERROR_SETUP,   /* the coefficients are not of a successful oc_setup */
+    OC_ERROR_STATE,   /* the state is not of oc_init, or its restoring is not complete */
     OC_ERROR_COUNT
 } oc_error;
 
@@ -108,10 +151,15 @@ typedef struct {
 
 enum { OC_LEARNED_ESTIMATES = 5 };
 
+enum { OC_RATE_MIN_HZ = 20, OC_RATE_MAX_HZ = 200 }; /* of ticks */
+
+enum { OC_STATE_READY = 0x0C57A7E };
+
 typedef struct {
     oc_tracking tracking;
     oc_evidence evidence;
     oc_learned learned; /* follows from evidence at each final block */
+    int32_t ready;      /* OC_STATE_READY by oc_init; another value refuses ticks */
 } oc_state;
 
 /* The covariances of the offset with other estimates of a drive, to combine several drives. */
@@ -193,20 +241,24 @@ const char *oc_angle_method_name(oc_angle_method method);
 /* Name of the first member out of its range, or NULL. */
 const char *oc_vehicle_check(const oc_vehicle *vehicle);
 
-/* rate_hz: 20 to 200. The wheel speeds' method needs a track width, the angle by front wheel speeds the front's. */
+/* rate_hz: of the ticks, OC_RATE_MIN_HZ to OC_RATE_MAX_HZ. The wheel speeds' method needs a track width, the angle by
+ * front wheel speeds the front's. */
 oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz);
 
+/* Nothing is learned. */
 void oc_init(oc_state *state);
 
 /* Ignition, or the next log: tracking is lost, time may start at any value. Evidence stays, less certain by what may
  * change while the ignition is off (between_drives.h). elapsed_s: that time; 0 or negative: unknown. */
 void oc_restart(oc_state *state, double elapsed_s);
 
-void oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *tick, oc_output *output);
+/* One tick. `output`: of this tick, or NULL. */
+oc_error oc_step(oc_state *state, const oc_coefficients *coefficients, const oc_signals *tick, oc_output *output);
 
-/* One step per row; `outputs` has as many rows, or is NULL. */
+/* One step per row; `outputs` has as many rows, or is NULL. For whole logs: does not check its call. */
 void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_columns *columns, oc_output *outputs);
 
-void oc_answer_get(const oc_state *state, const oc_coefficients *coefficients, oc_answer *answer);
+/* About all ticks so far. */
+oc_error oc_answer_get(const oc_state *state, const oc_coefficients *coefficients, oc_answer *answer);
 
 #endif

@@ -9,7 +9,8 @@ const char *oc_version(void) {
 }
 
 const char *oc_error_name(oc_error error) {
-    static const char *const names[OC_ERROR_COUNT] = {"ok", "vehicle", "params", "rate"};
+    static const char *const names[OC_ERROR_COUNT] = {"ok",   "vehicle", "params", "rate",
+                                                       "null", "setup",   "state"};
     return (unsigned)error < OC_ERROR_COUNT ? names[error] : "unknown";
 }
 

@@ -104,21 +104,41 @@ static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     }
 }
 
-oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz) {
+static int32_t wheel_axle_of(const oc_vehicle *vehicle) {
+    return vehicle->track_width_rear > 0.0 ? OC_AXLE_REAR : OC_AXLE_FRONT;
+}
+
+static double track_of(const oc_vehicle *vehicle) {
+    return wheel_axle_of(vehicle) == OC_AXLE_REAR ? vehicle->track_width_rear : vehicle->track_width_front;
+}
+
+static oc_error check_setup(const oc_vehicle *vehicle, const oc_params *params, double rate_hz) {
+    if (vehicle == NULL || params == NULL) {
+        return OC_ERROR_NULL;
+    }
     if (oc_vehicle_check(vehicle) != NULL) {
         return OC_ERROR_VEHICLE;
     }
     if (!oc_params_are_sound(params)) {
         return OC_ERROR_PARAMS;
     }
-    if (!(rate_hz >= 20.0 && rate_hz <= 200.0) || !(params->cutoff_hz < 0.45 * rate_hz)) {
+    if (!(rate_hz >= OC_RATE_MIN_HZ && rate_hz <= OC_RATE_MAX_HZ) || !(params->cutoff_hz < 0.45 * rate_hz)) {
         return OC_ERROR_RATE;
     }
-    const int32_t axle = vehicle->track_width_rear > 0.0 ? OC_AXLE_REAR : OC_AXLE_FRONT;
-    const double track = axle == OC_AXLE_REAR ? vehicle->track_width_rear : vehicle->track_width_front;
-    if (!has_tracks_for(params, track, vehicle->track_width_front)) {
-        return OC_ERROR_VEHICLE;
+    const bool has_tracks = has_tracks_for(params, track_of(vehicle), vehicle->track_width_front);
+    return has_tracks ? OC_OK : OC_ERROR_VEHICLE;
+}
+
+oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz) {
+    if (coefficients == NULL) {
+        return OC_ERROR_NULL;
     }
+    const oc_error error = check_setup(vehicle, params, rate_hz);
+    if (error != OC_OK) {
+        coefficients->rate_hz = 0.0; /* refuses ticks */
+        return error;
+    }
+    const double track = track_of(vehicle);
     const double clean_ticks = params->clean_time_s * rate_hz;
     oc_coefficients *c = coefficients; /* in place, to save stack */
     c->vehicle = *vehicle;
@@ -127,7 +147,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->tick_s = 1.0 / rate_hz;
     c->ratio_times_wheelbase = vehicle->steering_ratio * vehicle->wheelbase;
     c->ticks_per_batch = params->batch_s * rate_hz;
-    c->wheel_axle = axle;
+    c->wheel_axle = wheel_axle_of(vehicle);
     c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;
     c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
     c->pieces_per_tick = rounded_up(one_piece_hz / rate_hz);

@@ -17,7 +17,7 @@ enum {
 /* Reasons for not using a tick. No tick has OC_REASON_WINDOW: it counts the ticks that t1 dropped or still holds. */
 typedef enum {
     OC_REASON_MISSING_SIGNAL = 1,
-    OC_REASON_TIME = 2,      /* time did not increase, or is NaN */
+    OC_REASON_TIME = 2,      /* time did not increase, or not by the rate of oc_setup; or it is NaN */
     OC_REASON_GAP = 4,       /* first tick after a gap: the filters restart */
     OC_REASON_SETTLING = 8,  /* the filters have not settled */
     OC_REASON_SPEED = 16,

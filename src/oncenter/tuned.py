@@ -53,6 +53,8 @@ TUNED = {  # by C file and name
     "change.proof_s": 40.0,
     "change.sd_min": 0.008726646259971648,
     "change.size_min": 0.013962634015954637,
+    "clock.rate_factor_max": 1.5,
+    "clock.wrong_windows_max": 10.0,
     "gyro_bias.block_s": 1.0,
     "gyro_bias.track_default": 1.9,
     "gyro_bias.track_default_sd": 0.1,

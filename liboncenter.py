@@ -33,7 +33,10 @@ FASTER_GCC += ["-fno-semantic-interposition"]
 SHIPPED = {
     "core": ("*/*.[ch]", "*.toml"),
     "dbc": ("*.dbc",),
+    "docs": ("method.md",),
     "docs/reference": ("findings.md",),
+    "embedded": ("misra.md",),
+    "examples": ("integration.c",),
     "scenarios": ("*",),
     "vehicles": ("*.toml",),
     ".": ("LICENSE",),

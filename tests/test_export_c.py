@@ -61,7 +61,8 @@ def test_a_core_that_differs_in_one_bit_fails_its_vectors_at_a_named_row(folder:
 def test_the_functions_for_simulink_give_the_offset_of_a_drive(folder: Path) -> None:
     example = ROOT / "examples" / "simulink"
     library = folder / "block.so"
-    sources = [*map(str, sorted(folder.glob("core/*.c"))), "ecu/oncenter_ecu.c", str(example / "oncenter_block.c")]
+    sources = [str(file) for part in ("core", "ecu") for file in sorted(folder.glob(f"{part}/*.c"))]
+    sources.append(str(example / "oncenter_block.c"))
     strict = ["-Wall", "-Wextra", "-Wconversion", "-Werror", "-Iecu", f"-I{example}"]
     command = [*CC, "-O2", *strict, "-shared", "-fPIC", *sources, "-lm", "-o", str(library)]
     subprocess.run(command, cwd=folder, check=True)
@@ -91,35 +92,84 @@ def ecu(folder: Path) -> Path:
     strict = ["-Wall", "-Wextra", "-Wconversion", "-Werror", "-g", "-shared", "-fPIC"]
     sources = [str(file.relative_to(folder)) for file in sorted(folder.glob("core/*.c"))]
     library = folder / "ecu.elf"
-    command = [*CC, *strict, "-Iecu", *sources, "ecu/oncenter_ecu.c", "-lm", "-o", library.name]
-    subprocess.run(command, cwd=folder, check=True)
+    command = [*CC, *strict, "-Iecu", *sources, "ecu/oncenter_ecu.c", "ecu/oncenter_vehicle.c", "-lm", "-o"]
+    subprocess.run([*command, library.name], cwd=folder, check=True)
     return library
 
 
-def test_an_ecu_with_another_calibration_discards_its_saved_estimates(ecu: Path, tmp_path: Path) -> None:
-    library = ctypes.CDLL(shutil.copy(ecu, tmp_path / "own.elf"))  # with variables of its own
+class EcuProgram:
+    """The exported program with variables of its own, for a truck of 3.9 m and a ratio of 19.3."""
 
-    def global_of(name: str, kind: str) -> Any:
+    def __init__(self, ecu: Path, copy: Path) -> None:
+        self.calls = ctypes.CDLL(shutil.copy(ecu, copy))
+        self.calls.oncenter_ecu_defaults()
+        self.vehicle = self.variable("oncenter_vehicle", "oc_vehicle")
+        self.tick = self.variable("oncenter_tick", "oc_signals")
+        self.vehicle["wheelbase"], self.vehicle["steering_ratio"] = 3.9, 19.3
+
+    def variable(self, name: str, kind: str) -> Any:
         dtype = _core.dtype_of(ffi.typeof(kind))
-        return np.frombuffer((ctypes.c_char * dtype.itemsize).in_dll(library, name), dtype)[0:1]
+        return np.frombuffer((ctypes.c_char * dtype.itemsize).in_dll(self.calls, name), dtype)[0:1]
 
-    def answered_s() -> float:
-        library.oncenter_ecu_update_answer()
-        return float(global_of("oncenter_answer", "oc_answer")["duration"][0])
+    def drive(self, begin: int = 0, end: int = 3000) -> set[int]:
+        """The results of the ticks."""
+        results = set()
+        for k, row in enumerate(steady_drive().table[begin:end].iter_rows(named=True), begin):
+            for name, member in _core.COLUMNS.items():
+                self.tick[member] = row.get(name, 0.0)
+            self.tick["time"] = k / 100.0
+            self.tick["valid"] = 15
+            results.add(self.calls.oncenter_ecu_tick())
+        return results
 
-    library.oncenter_ecu_defaults()
-    vehicle, tick = global_of("oncenter_vehicle", "oc_vehicle"), global_of("oncenter_tick", "oc_signals")
-    vehicle["wheelbase"], vehicle["steering_ratio"] = 3.9, 19.3
-    assert library.oncenter_ecu_start() == lib.OC_OK
-    for row in steady_drive().table.head(3000).iter_rows(named=True):
-        for name, member in _core.COLUMNS.items():
-            tick[member] = row.get(name, 0.0)
-        tick["valid"] = 15
-        library.oncenter_ecu_tick()
-    assert answered_s() == pytest.approx(30.0)
-    assert library.oncenter_ecu_start() == lib.OC_OK and answered_s() == pytest.approx(30.0)
-    vehicle["steering_ratio"] = 20.0
-    assert library.oncenter_ecu_start() == lib.OC_OK and answered_s() == 0.0
+    def answered_s(self) -> float:
+        self.calls.oncenter_ecu_update_answer()
+        return float(self.variable("oncenter_answer", "oc_answer")["duration"][0])
+
+    def save_piece(self) -> bytes:
+        piece = ctypes.create_string_buffer(512)
+        size = self.calls.oncenter_ecu_save_piece(piece, 512)
+        return piece.raw[:size]
+
+    def restore(self, image: bytes) -> str:
+        self.calls.oncenter_ecu_restore()
+        fault = [self.calls.oncenter_ecu_restore_piece(image[k : k + 512], 512) for k in range(0, len(image), 512)][-1]
+        return _core.IMAGE_FAULTS[fault]
+
+
+def test_an_ecu_with_another_calibration_discards_its_estimates(ecu: Path, tmp_path: Path) -> None:
+    program = EcuProgram(ecu, tmp_path / "own.elf")
+    assert program.calls.oncenter_ecu_start() == lib.OC_OK
+    assert program.drive() == {lib.OC_OK}
+    assert program.answered_s() == pytest.approx(30.0)
+    assert program.calls.oncenter_ecu_start() == lib.OC_OK and program.answered_s() == pytest.approx(30.0)
+    program.vehicle["steering_ratio"] = 20.0
+    assert program.calls.oncenter_ecu_start() == lib.OC_OK and program.answered_s() == 0.0
+
+
+def test_ticks_are_refused_until_the_last_piece_is_saved_and_a_start_keeps_what_was_restored(
+    ecu: Path, tmp_path: Path
+) -> None:
+    program = EcuProgram(ecu, tmp_path / "first.elf")
+    assert program.calls.oncenter_ecu_save(1) == lib.OC_ERROR_SETUP
+    assert program.drive(0, 1) == {lib.OC_ERROR_SETUP}
+    assert program.calls.oncenter_ecu_start() == lib.OC_OK
+    program.drive()
+    image = b""
+    assert program.calls.oncenter_ecu_save(1) == lib.OC_OK
+    while piece := program.save_piece():
+        image += piece
+        assert program.drive(3000, 3001) == {lib.OC_ERROR_STATE}
+    assert len(image) == lib.oc_save_size() and program.drive(3000, 3001) == {lib.OC_OK}
+    other = EcuProgram(ecu, tmp_path / "second.elf")
+    assert other.restore(image.ljust(len(image) // 512 * 512 + 512, b"\xff")) == "ok"
+    assert other.drive(0, 1) == {lib.OC_ERROR_SETUP}
+    assert other.calls.oncenter_ecu_start() == lib.OC_OK
+    assert other.answered_s() == pytest.approx(30.0)
+    assert other.restore(image[:-512]) == "truncated"
+    assert other.calls.oncenter_ecu_start() == lib.OC_OK and other.answered_s() == 0.0
+    other.vehicle["steering_ratio"] = 20.0
+    assert other.restore(image.ljust(len(image) // 512 * 512 + 512, b"\xff")) == "foreign"
 
 
 def items_of(a2l: Path) -> list[str]:
@@ -191,9 +241,8 @@ def test_the_a2l_file_has_the_fault_of_the_sensor_and_of_the_signals(folder: Pat
 def test_the_ecus_program_rejects_ticks_before_its_truck_is_calibrated(ecu: Path) -> None:
     program = ctypes.CDLL(str(ecu))
     program.oncenter_ecu_defaults()
-    assert program.oncenter_ecu_start() != 0
-    program.oncenter_ecu_tick()
-    program.oncenter_ecu_update_answer()
+    assert program.oncenter_ecu_start() == lib.OC_ERROR_VEHICLE
+    assert program.oncenter_ecu_tick() == program.oncenter_ecu_update_answer() == lib.OC_ERROR_SETUP
     wheelbase, ratio = (ctypes.c_double * 2).in_dll(program, "oncenter_vehicle"), 1
     wheelbase[0], wheelbase[ratio] = 3.7, 19.3
     assert program.oncenter_ecu_start() == 0

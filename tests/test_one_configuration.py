@@ -77,7 +77,11 @@ def by_live(drive: Signals) -> dict[str, Any]:
 def ecu(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
     """The exported program as a library."""
     folder = export.write_c(tmp_path_factory.mktemp("c") / "oncenter")
-    sources = [*sorted(folder.glob("core/*.c")), folder / "ecu/oncenter_ecu.c", Path(__file__).with_name("ecu_ticks.c")]
+    sources = [
+        *sorted(folder.glob("core/*.c")),
+        *sorted(folder.glob("ecu/*.c")),
+        Path(__file__).with_name("ecu_ticks.c"),
+    ]
     library = folder / "ecu.so"
     command = ["cc", "-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC", "-Icore", "-Iecu", *sources]
     subprocess.run([*command, "-lm", "-o", library], cwd=folder, check=True)

@@ -25,25 +25,25 @@
  *
  * Time. `time` of a tick is in seconds, from any zero, and increases by 1 / rate_hz; jitter is harmless. Pass the time
  * at which the signals were received, so that lost ticks are visible. A tick whose time does not increase is rejected,
- * OC_REASON_TIME. So are all ticks while a second of them, without its longest hole, takes more than 1.5 or less than
- * 1 / 1.5 s: another rate than in oc_setup, or a time in ms. After a correct second this needs ten wrong ones in
+ * OC_REASON_TIME. So are all ticks while a second of them, without its longest hole, takes more than 1.5 or less than 1
+ * / 1.5 s: another rate than in oc_setup, or a time in ms. After a correct second this needs ten wrong ones in
  * succession.
  *
  * Tasks. Calls for one state must not interrupt each other: make them in one task, or lock the state. Calls for two
- * states may run at once, also with the same coefficients. embedded/README.md has time, stack and memory.
+ * states may run at once, also with the same coefficients. The README has time, stack and memory.
  *
  * Errors. oc_setup, oc_step and oc_answer_get return OC_OK, or an error for a NULL, for coefficients without a
- * successful oc_setup and for a state without oc_init; output or answer are zero then, which is unobservable. The output
- * of oc_step may be NULL. Functions that return a name return "unknown", or NULL where it says so. All other pointers
- * must be valid.
+ * successful oc_setup and for a state without oc_init; output or answer are zero then, which is unobservable. The
+ * output of oc_step may be NULL. Functions that return a name return "unknown", or NULL where it says so. All other
+ * pointers must be valid.
  *
  * Checked in each tick, with a named reason or fault: missing and implausible signals, time, rate, gaps; signals that
  * contradict the others (signal_fault: stuck, filled, clipped, noise, sign, scale, lag), and faults of the angle sensor
  * (fault). The offset is OC_INVALID during a fault.
  *
- * Not checked: wheelbase, steering ratio and traffic side of another truck, within their ranges; wheel speeds of another
- * axle; a signal that is wrong by a few percent; an angle from which the sender has subtracted an offset. `oncenter
- * offset` on a recorded drive judges the whole log and names these, as far as they show. */
+ * Not checked: wheelbase, steering ratio and traffic side of another truck, within their ranges; wheel speeds of
+ * another axle; a signal that is wrong by a few percent; an angle from which the sender has subtracted an offset.
+ * `oncenter offset` on a recorded drive judges the whole log and names these, as far as they show. */
 
 #include "angle.h"
 #include "assignment.h"

@@ -8,11 +8,11 @@ static unsigned long ticks;
 
 int oncenter_block_start(double wheelbase_m, double steering_ratio) {
     ticks = 0;
+    oncenter_ecu_defaults();
     memset(&oncenter_vehicle, 0, sizeof oncenter_vehicle);
     oncenter_vehicle.wheelbase = wheelbase_m;
     oncenter_vehicle.steering_ratio = steering_ratio;
     oncenter_vehicle.traffic_side = 1.0; /* -1 for left-hand traffic */
-    oncenter_ecu_defaults();
     return (int)oncenter_ecu_start();
 }
 
@@ -26,7 +26,7 @@ void oncenter_block_step(double steering_wheel_angle, double yaw_rate, double ve
     oncenter_tick.lateral_acceleration = lateral_acceleration;
     oncenter_tick.valid = OC_HAS_STEERING_WHEEL_ANGLE | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
                           OC_HAS_LATERAL_ACCELERATION; /* a NaN is not available */
-    oncenter_ecu_tick();
+    (void)oncenter_ecu_tick();
     ++ticks;
     *offset = oncenter_output.offset;
     *offset_sd = oncenter_output.offset_sd;

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from oncenter.cli.completion import vehicle_files
 from oncenter.cli.options import VehicleFile
 from oncenter.errors import WRONG_USAGE, OncenterError
 
@@ -54,15 +55,28 @@ def fmu(
         typer.echo(f"for all platforms: {ALL_PLATFORMS}, then export again", err=True)
 
 
-@export.command(epilog=_EPILOG.format("c --output oncenter_core"))
+@export.command(epilog=_EPILOG.format("c --vehicle truck.toml --output oncenter_core"))
 def c(
     output: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write; it must be new or empty.")],
+    vehicle_file: Annotated[
+        str | None,
+        typer.Option(
+            "--vehicle",
+            metavar="FILE",
+            help="The truck of the program in ecu/: a vehicle file, or the name of a shipped one. Without it the ECU's "
+            "calibration sets the truck.",
+            autocompletion=vehicle_files,
+        ),
+    ] = None,
 ) -> None:
-    """Write the core as one folder of C.
+    """Write the core and one truck's monitor as one folder of C.
 
     The folder has a test and an A2L description, for an ECU project.
     """
+    import oncenter as oc
     from oncenter.export import write_c
 
-    folder = write_c(output)
-    typer.echo(f"wrote {folder}: cd there and run make, or see its README.md")
+    truck = None if vehicle_file is None else oc.vehicle(vehicle_file)
+    folder = write_c(output, truck)
+    about = "" if truck is None else f", {truck.name}"
+    typer.echo(f"wrote {folder}{about}: cd there and run make, or see its README.md")

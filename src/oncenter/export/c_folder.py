@@ -10,20 +10,24 @@ from pathlib import Path
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.export.a2l import a2l
+from oncenter.export.c_vehicle import vehicle_source
 from oncenter.export.core_source import LICENCE, core_files
 from oncenter.export.variables import variables_of
 from oncenter.export.vectors import vectors_header, vectors_truck
+from oncenter.files.shipped import shipped
 from oncenter.files.whole_file import write_whole
+from oncenter.vehicle import Vehicle
 
 _C = Path(__file__).with_name("c")
-_PARTS = ("core", "ecu", "test")
+_PARTS = ("bus", "core", "doc", "ecu", "example", "test", "zephyr")
 
 
-def write_c(output: str | os.PathLike[str]) -> Path:
-    """Writes the core with README, licence, test vectors, a plain C test, and an A2L description.
+def write_c(output: str | os.PathLike[str], vehicle: Vehicle | None = None) -> Path:
+    """Writes the core and one truck's monitor, with README, licence, test vectors, a plain C test, and an A2L file.
 
     Args:
         output: the folder to write, which is new or empty.
+        vehicle: the truck of `ecu/`; without one, the calibration of the ECU sets `oncenter_vehicle`.
 
     Returns:
         The path written.
@@ -39,7 +43,7 @@ def write_c(output: str | os.PathLike[str]) -> Path:
                 code="output",
                 exit_code=WRONG_USAGE,
             )
-        _fill(folder, _contents())
+        _fill(folder, _contents(vehicle))
     except OSError as error:
         raise OncenterError(
             f"cannot write {folder}: {error.strerror or error}", code="output", exit_code=WRONG_USAGE
@@ -68,18 +72,46 @@ def _empty(folder: Path, names: Iterable[str]) -> None:
             (folder / part).rmdir()
 
 
-def _contents() -> dict[str, str]:
+def _contents(vehicle: Vehicle | None) -> dict[str, str]:
     def ours(name: str) -> str:
         return (_C / name).read_text(encoding="utf-8")
 
+    def of_project(name: str) -> str:
+        return shipped(name).read_text(encoding="utf-8")
+
+    own = ("CMakeLists.txt", "Makefile", "zephyr/CMakeLists.txt", "zephyr/Kconfig", "zephyr/module.yml")
+    ecu = ("oncenter_ecu.h", "oncenter_ecu.c", "oncenter_vehicle.h")
+    readme = ours("README.md").replace("@VERSION@", _core.version())
     return {
-        "README.md": ours("README.md").replace("@VERSION@", _core.version()),
+        "README.md": readme.replace("@VEHICLE@", _about(vehicle)),
         "LICENSE": LICENCE.read_text(encoding="utf-8"),
-        "Makefile": ours("Makefile"),
+        **{name: ours(name) for name in own},
         **{f"core/{file.name}": file.read_text(encoding="utf-8") for file in core_files()},
-        "ecu/oncenter_ecu.h": ours("oncenter_ecu.h"),
-        "ecu/oncenter_ecu.c": ours("oncenter_ecu.c"),
-        "ecu/oncenter.a2l": a2l(variables_of(vectors_truck())),
+        **{f"ecu/{name}": ours(name) for name in ecu},
+        "ecu/oncenter.h": ours("oncenter.h").replace("@VERSION_NUMBER@", str(_version_number())),
+        "ecu/oncenter_vehicle.c": vehicle_source(vehicle),
+        "ecu/oncenter.a2l": a2l(variables_of(vehicle or vectors_truck())),
+        "bus/oncenter_result.dbc": of_project("dbc/oncenter_result.dbc"),
+        "doc/method.md": of_project("docs/method.md"),
+        "doc/misra.md": of_project("embedded/misra.md"),
+        "example/integration.c": of_project("examples/integration.c"),
         "test/test_vectors.c": ours("test_vectors.c"),
         "test/vectors.h": vectors_header(),
     }
+
+
+def _about(vehicle: Vehicle | None) -> str:
+    if vehicle is None:
+        return (
+            "This folder has no truck: `oncenter export c --vehicle truck.toml` writes one into "
+            "`ecu/oncenter_vehicle.c`.\nWithout it your code fills `oncenter_vehicle` after `oncenter_ecu_defaults`."
+        )
+    return (
+        f"`ecu/` is the monitor of one truck: {vehicle.name}. All values of its vehicle file that the core uses are in."
+    )
+
+
+def _version_number() -> int:
+    """As ONCENTER_VERSION has it."""
+    major, minor, patch = map(int, _core.version().split("."))
+    return major * 10000 + minor * 100 + patch

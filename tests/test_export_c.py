@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import cantools
 import numpy as np
 import pytest
 from test_estimate import steady_drive
@@ -170,6 +171,46 @@ def test_ticks_are_refused_until_the_last_piece_is_saved_and_a_start_keeps_what_
     assert other.calls.oncenter_ecu_start() == lib.OC_OK and other.answered_s() == 0.0
     other.vehicle["steering_ratio"] = 20.0
     assert other.restore(image.ljust(len(image) // 512 * 512 + 512, b"\xff")) == "foreign"
+
+
+def test_the_example_for_j1939_decodes_as_the_database_and_drops_a_message_that_stays_away(
+    folder: Path, tmp_path: Path
+) -> None:
+    library = tmp_path / "j1939.so"
+    strict = ["-Wall", "-Wextra", "-Wconversion", "-Werror", "-shared", "-fPIC"]
+    subprocess.run([*CC, *strict, "example/j1939.c", "-o", library], cwd=folder, check=True)
+    calls = ctypes.CDLL(str(library))
+    bus, tick = ctypes.create_string_buffer(256), ffi.new("oc_signals *")
+    database = cantools.database.load_file(ROOT / "dbc" / "oncenter_j1939.dbc")
+    calls.j1939_init(bus)
+
+    def at(time_s: float) -> set[str]:
+        out = ctypes.c_void_p(int(ffi.cast("uintptr_t", tick)))
+        calls.j1939_tick(bus, ctypes.c_double(time_s), out)
+        return {name for name, bit in _core._VALID_BITS.items() if tick.valid & bit}
+
+    def receive(name: str, **values: float) -> None:
+        message = database.get_message_by_name(name)
+        pgn = message.frame_id >> 8 & 0x3FFFF
+        default = {signal.name: signal.maximum for signal in message.signals}
+        data = message.encode(default | values, strict=False)
+        calls.j1939_receive(bus, pgn, bytes(data), ctypes.c_double(10.0))
+
+    assert at(10.0) == set()
+    receive("VDC2", SteeringWheelAngle=-0.5, YawRate=0.125, LateralAcceleration=-1.5)
+    receive("CCVS1", WheelBasedVehicleSpeed=72.0)
+    receive("EBC2", FrontAxleSpeed=72.0, RelativeSpeedFrontAxleLeftWheel=0.5, RelativeSpeedRearAxle1RightWheel=-0.5)
+    assert len(at(10.0)) == 8
+    assert tick.steering_wheel_angle == pytest.approx(-0.5, abs=1 / 2048) and tick.time == 10.0
+    assert tick.yaw_rate == pytest.approx(0.125, abs=1 / 16384)
+    assert tick.lateral_acceleration == pytest.approx(-1.5, abs=1 / 4096)
+    assert tick.vehicle_speed == pytest.approx(20.0, abs=1e-3)
+    assert tick.wheel_speed_front_left == pytest.approx(72.5 / 3.6, abs=1e-2)
+    assert tick.wheel_speed_rear_right == pytest.approx(71.5 / 3.6, abs=1e-2)
+    assert at(10.1) == {"vehicle_speed", *(name for name in at(10.0) if name.startswith("wheel_speed"))}
+    assert at(11.0) == set()
+    calls.j1939_receive(bus, 61449, b"\xff" * 8, ctypes.c_double(11.0))
+    assert at(11.0) == set()
 
 
 def items_of(a2l: Path) -> list[str]:

@@ -95,6 +95,7 @@ def _contents(vehicle: Vehicle | None) -> dict[str, str]:
         "doc/method.md": of_project("docs/method.md"),
         "doc/misra.md": of_project("embedded/misra.md"),
         "example/integration.c": of_project("examples/integration.c"),
+        **{f"example/{name}": ours(name) for name in ("j1939.c", "j1939.h")},
         "test/test_vectors.c": ours("test_vectors.c"),
         "test/vectors.h": vectors_header(),
     }

@@ -62,7 +62,6 @@ CHANGE_KINDS = tuple(
     name.removeprefix("OC_CHANGE_").lower() for _, name in sorted(ffi.typeof("oc_change_kind").elements.items())
 )
 MESSAGE_PGN, MESSAGE_PARTS_PGN = int(lib.OC_MESSAGE_PGN), int(lib.OC_MESSAGE_PARTS_PGN)
-DM1_PGN = int(lib.OC_DM1_PGN)
 REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in range(lib.OC_REASON_COUNT)}
 
 
@@ -212,19 +211,6 @@ def decoded_message_parts(payload: bytes) -> dict[str, Any] | None:
     return _members(ffi.new("oc_message_parts *", lib.oc_message_parts_decode(ffi.from_buffer(payload))))
 
 
-class Trouble:
-    """The sensor's diagnostic trouble code; initially none."""
-
-    def __init__(self) -> None:
-        self.native = ffi.new("oc_trouble *")
-
-    def payload(self) -> bytes:
-        """The payload of DM1."""
-        payload = bytearray(lib.OC_DM1_BYTES)
-        lib.oc_trouble_encode(self.native, ffi.from_buffer(payload))
-        return bytes(payload)
-
-
 def _refusal(error: int, params: Mapping[str, float], rate_hz: float) -> str:
     """The error as text. A rate that is too low for the low-pass is refused, too."""
     if error == lib.OC_ERROR_RATE and RATE_MIN_HZ <= rate_hz <= RATE_MAX_HZ:
@@ -351,10 +337,6 @@ class Core:
         payload = bytearray(lib.OC_MESSAGE_BYTES)
         lib.oc_message_parts_encode(parts, ffi.from_buffer(payload))
         return bytes(payload)
-
-    def update_trouble(self, trouble: Trouble, offset_max_rad: float) -> None:
-        """Once after each `step`."""
-        lib.oc_trouble_update(trouble.native, self._output, self._tick, offset_max_rad)
 
     def answer(self) -> OcAnswer:
         native = ffi.new("oc_answer *")

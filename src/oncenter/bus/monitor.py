@@ -184,10 +184,6 @@ class Monitor:
         the parts of the offset's uncertainty. `counter` is that of the first frame."""
         return self._core.message_parts(counter)
 
-    def update(self, trouble: _core.Trouble, offset_max_rad: float) -> None:
-        """Updates the sensor's trouble code; once after each `step`."""
-        self._core.update_trouble(trouble, offset_max_rad)
-
     def restart(self) -> None:
         """Ignition: the state of the filters is lost, the estimates stay."""
         self._core.restart()

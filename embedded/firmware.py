@@ -3,6 +3,7 @@
 import re
 import subprocess
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from replay import HERE, Board
@@ -23,13 +24,20 @@ ALLOWED = re.compile(r"(oc_|__aeabi_)\w+|sqrtf?|floorf?|fabsf?|mem(cpy|set|move)
 MONITOR = ("oc_params_defaults", "oc_params_check", "oc_vehicle_check", "oc_setup", "oc_init", "oc_restart", "oc_step",
            "oc_answer_get", "oc_error_name", "oc_reason_name", "oc_status_name", "oc_fault_name")  # fmt: skip
 # an ECU that saves the state over ignition and sends the result on the bus, as examples/integration.c;
-ECU = ("oc_params_defaults", "oc_setup", "oc_restore_newest", "oc_restart", "oc_step", "oc_save", "oc_message_of",
-       "oc_message_encode", "oc_message_parts_of", "oc_message_parts_encode", "oc_trouble_update",
+ECU = ("oc_params_defaults", "oc_setup", "oc_restore_newest", "oc_restart", "oc_step", "oc_save_begin", "oc_save_piece",
+       "oc_message_of", "oc_message_encode", "oc_message_parts_of", "oc_message_parts_encode", "oc_trouble_update",
        "oc_trouble_encode")  # fmt: skip
 # and all other public functions except those for whole logs.
-ALL = (*MONITOR, *ECU, "oc_version", "oc_method_name", "oc_angle_method_name", "oc_save_size", "oc_restore",
+ALL = (*MONITOR, *ECU, "oc_version", "oc_method_name", "oc_angle_method_name", "oc_save_size", "oc_save", "oc_restore",
+       "oc_restore_begin", "oc_restore_piece", "oc_newer_slot",
        "oc_image_fault_name", "oc_message_decode", "oc_message_measured", "oc_message_parts_decode",
        "oc_angle_source_name")  # fmt: skip
+# Functions of the program that oncenter export c writes. Its options are those that its README gives.
+PROGRAM = ("oncenter_ecu_defaults", "oncenter_ecu_start", "oncenter_ecu_tick", "oncenter_ecu_update_answer",
+           "oncenter_ecu_save", "oncenter_ecu_save_piece", "oncenter_ecu_restore",
+           "oncenter_ecu_restore_piece")  # fmt: skip
+PLAIN = ("-std=c99", "-ffp-contract=off", "-mthumb", "-mfloat-abi=hard", "-ffunction-sections", "-fdata-sections")
+PLAIN_LINK = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,-e,oncenter_ecu_tick")
 # Files whose functions no tick calls, or only ticks with little other work: their speed does not matter.
 COLD = (
     "answer", "change", "joint_verdict", "message", "names", "params", "past_bias", "save",
@@ -71,8 +79,12 @@ def linked(board: Board, objects: Sequence[Path], target: Path, called: Sequence
 def flash_bytes(board: Board, core_objects: Sequence[Path], target: Path, called: Sequence[str]) -> int:
     """Code and constants of a firmware that calls these functions, including libgcc and libm."""
     linked(board, core_objects, target, called, "-e", "oc_step")
-    text, data = _run("arm-none-eabi-size", target).splitlines()[1].split()[:2]
-    return int(text) + int(data)
+    return sum(_sizes(target)[:2])
+
+
+def _sizes(file: Path) -> list[int]:
+    """Bytes of code and constants, of initialised and of other variables."""
+    return [int(word) for word in _run("arm-none-eabi-size", file).splitlines()[1].split()[:3]]
 
 
 def forbidden_calls(core_objects: Sequence[Path]) -> list[str]:
@@ -94,21 +106,25 @@ def variables(core_objects: Sequence[Path]) -> int:
 class Stack:
     """Maximum stack: the compiler's frames summed over the call graph; libraries' frames from their machine code."""
 
-    def __init__(self, image: Path) -> None:
+    def __init__(self, image: Path, graphs: Sequence[str]) -> None:
         self._frames: dict[str, int] = {}
         self._calls: dict[str, set[str]] = {}
         self._worst: dict[str, int] = {}
         self._read_library(_run("arm-none-eabi-objdump", "-d", "--no-show-raw-insn", image))
         self._read_second_names(_run("arm-none-eabi-nm", image))
-        graph = image.with_name(f"{image.name}.ltrans0.ltrans.ci").read_text(encoding="utf-8")
-        self._read_graph(re.sub(r"[^\s\"]+\.ltrans0\.o:", "", graph))
+        for graph in graphs:
+            self._read_nodes(graph)
+        for graph in graphs:
+            self._read_calls(graph)
 
-    def _read_graph(self, graph: str) -> None:
+    def _read_nodes(self, graph: str) -> None:
         for name, size, kind in re.findall(r'node: \{ title: "([^"]+)" label: "[^"]*\\n(\d+) bytes \((\w+)\)', graph):
             if kind != "static":
                 raise SystemExit(f"{name}: its stack is {kind}")
             self._frames[name] = int(size)
             self._calls[name] = set()
+
+    def _read_calls(self, graph: str) -> None:
         for caller, called in re.findall(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"', graph):
             self._calls[caller].add(called)
 
@@ -156,6 +172,41 @@ class Stack:
         if self._calls[function]:
             found += self.path(max(self._calls[function], key=self.worst))
         return found
+
+
+def whole_graph(image: Path) -> list[str]:
+    """The call graph of an image of link-time optimisation."""
+    graph = image.with_name(f"{image.name}.ltrans0.ltrans.ci").read_text(encoding="utf-8")
+    return [re.sub(r"[^\s\"]+\.ltrans0\.o:", "", graph)]
+
+
+@dataclass(frozen=True)
+class Program:
+    """An exported program, compiled file by file."""
+
+    image: Path
+    stack: Stack
+    flash: int
+    ram: int
+
+
+def exported(board: Board, level: str, source: Path, folder: Path) -> Program:
+    """The folder that oncenter export c wrote, compiled with `level`, such as -Os."""
+    folder.mkdir(parents=True, exist_ok=True)
+    processor = [flag for flag in board.flags if flag.startswith(("-mcpu=", "-mfpu="))]
+    options = (*PLAIN, *processor, level)
+    objects = []
+    for file in (*sorted(source.glob("core/*.c")), *sorted(source.glob("ecu/*.c"))):
+        objects.append(folder / f"{file.stem}.o")
+        includes = (f"-I{source / 'core'}", f"-I{source / 'ecu'}")
+        _run(GCC, *options, "-fcallgraph-info=su", *includes, "-c", file, "-o", objects[-1])
+    image = folder / "program.elf"
+    kept = [f"-Wl,-u,{name}" for name in PROGRAM]
+    _run(GCC, *options, *PLAIN_LINK, *kept, "-T", HERE / "mps2.ld", *objects, "-lm", "-o", image)
+    graphs = [each.with_suffix(".ci").read_text(encoding="utf-8") for each in objects]
+    text, data = _sizes(image)[:2]
+    ram = sum(_sizes(folder / "oncenter_ecu.o")[1:3])
+    return Program(image, Stack(image, graphs), text + data, ram)
 
 
 def _registers(group: str) -> int:

@@ -1,9 +1,11 @@
-"""Builds, replays, compares and measures the core on both boards, and updates the table of README.md.
+"""Builds, replays, compares and measures the core on both boards, and updates the tables of the docs.
 
-Fails where a bit differs, the core calls a forbidden function, or the table differed from the measurement.
+Fails where a bit differs, the core calls a forbidden function, a figure exceeds its limit, or a table differed from the
+measurement.
 """
 
 import re
+import shutil
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +14,11 @@ import firmware
 import numpy as np
 from replay import BOARDS, HERE, Board, Drive, Replayed, differences, golden_drive, replay
 
+from oncenter import export, vehicle
+
 README = HERE / "README.md"
+EXPORTED = HERE.parent / "src" / "oncenter" / "export" / "c" / "README.md"
+LEVELS = ("-O0", "-Os", "-O2")
 SHORT = 12000  # ticks of the drives by other methods
 SAME = 0.02  # of a figure: the simulator's libm may differ in the last bits on another processor
 
@@ -34,6 +40,15 @@ ROWS = {
     "instructions to save": ("", ""),
     "instructions to restore": ("", ""),
     "bytes of a saved image": ("", ""),
+}
+
+
+# The same of the exported program, for each level of optimisation, on the first board.
+PROGRAM_ROWS = {
+    "flash, KiB": "",
+    "RAM with saving, KiB": "34",
+    "stack of a tick, bytes": "4,096",
+    "stack of start, answer, saving and restoring, bytes": "4,096",
 }
 
 
@@ -71,7 +86,7 @@ def measure(board: Board, folder: Path) -> Measured:
     _fail([f"{board.name}: the core has {written} bytes of static variables"] if written else [])
     own = firmware.compiled(board, sorted(HERE.glob("*.c")), folder)
     program = firmware.linked(board, [*core, *own], folder / "replay.elf", firmware.ALL)
-    stack = firmware.Stack(program)
+    stack = firmware.Stack(program, firmware.whole_graph(program))
 
     columns = golden_drive()
     short = {name: column[:SHORT] for name, column in columns.items()}
@@ -105,15 +120,53 @@ def measure(board: Board, folder: Path) -> Measured:
     return Measured(board, figures)
 
 
+def _keep_within(row: str, figure: str, limit: str) -> None:
+    too_large = limit != "" and _figures(figure) > _figures(limit)
+    _fail([f"{row}: {figure} exceeds the limit of {limit}"] if too_large else [])
+
+
 def table(columns: list[Measured]) -> str:
     """The table in Markdown."""
     names = [c.board.name for c in columns]
     lines = [f"| | {' | '.join(f'{name} | limit' for name in names)} |"]
     lines.append("|---" + "|--:|--:" * len(names) + "|")
     for k, (row, limits) in enumerate(ROWS.items()):
+        for c, limit in zip(columns, limits, strict=True):
+            _keep_within(f"{c.board.name}, {row}", c.figures[k], limit)
         cells = [cell for c, limit in zip(columns, limits, strict=True) for cell in (c.figures[k], limit)]
         lines.append(f"| {row} | {' | '.join(cells)} |")
-    return "\n".join([*lines, "", f"By {firmware.GCC} {firmware.compiler_version()}."])
+    return "\n".join([*lines, "", *_options(columns)])
+
+
+def _options(columns: list[Measured]) -> list[str]:
+    """The compiler's version and options, on lines of their own: some are longer than a line of text."""
+    lines = [f"By {firmware.GCC} {firmware.compiler_version()} with", f"`{' '.join(firmware.FLAGS)}`,"]
+    lines += [f"for {c.board.name} `{' '.join(c.board.flags)}`," for c in columns]
+    return [*lines, f"linked with `{' '.join(firmware.LINK)}`; files that hardly any tick uses with `-Os`."]
+
+
+def program_table(board: Board, folder: Path) -> str:
+    """The table of the exported program in Markdown."""
+    shutil.rmtree(folder, ignore_errors=True)
+    source = export.write_c(folder / "c", vehicle("scania_r730_4x2"))
+    columns = []
+    for level in LEVELS:
+        program = firmware.exported(board, level, source, folder / level.strip("-"))
+        rest = [name for name in firmware.PROGRAM if name != "oncenter_ecu_tick"]
+        deepest = max(rest, key=program.stack.worst)
+        print(f"exported program, {level}: {', '.join(program.stack.path('oncenter_ecu_tick'))}")
+        print(f"exported program, {level}: {', '.join(program.stack.path(deepest))}")
+        stacks = (program.stack.worst("oncenter_ecu_tick"), program.stack.worst(deepest))
+        columns.append([_kib(program.flash), _kib(program.ram), *(f"{stack:,}" for stack in stacks)])
+    lines = [f"| {board.name}, `ecu/` and `core/` | {' | '.join(f'`{level}`' for level in LEVELS)} | limit |"]
+    lines.append("|---" + "|--:" * (len(LEVELS) + 1) + "|")
+    for k, (row, limit) in enumerate(PROGRAM_ROWS.items()):
+        for level, column in zip(LEVELS, columns, strict=True):
+            _keep_within(f"exported program, {level}, {row}", column[k], limit)
+        lines.append(f"| {row} | {' | '.join(column[k] for column in columns)} | {limit} |")
+    processor = " ".join(flag for flag in board.flags if flag.startswith(("-mcpu=", "-mfpu=")))
+    flags = f"`{' '.join(firmware.PLAIN)} {processor}`, linked with `-Wl,--gc-sections`"
+    return "\n".join([*lines, "", f"By {firmware.GCC} {firmware.compiler_version()} with {flags}."])
 
 
 def _figures(text: str) -> list[float]:
@@ -128,26 +181,27 @@ def same(old: str, new: str) -> bool:
     return all(abs(a - b) <= SAME * max(abs(a), abs(b)) for a, b in pairs)
 
 
-def keep(new: str) -> None:
-    """Writes the table into README.md between its two marks.
-
-    Raises:
-        SystemExit: the former table differed from the measurement.
-    """
-    page = README.read_text(encoding="utf-8")
-    begin, end = "<!-- table: make embedded -->\n", "\n<!-- end -->"
-    before, rest = page.split(begin)
-    old, after = rest.split(end)
-    if not same(old, new):
-        README.write_text(before + begin + new + end + after, encoding="utf-8")
-        raise SystemExit("the table of embedded/README.md differed from the measurement; it is updated")
+def keep(page: Path, name: str, new: str) -> bool:
+    """Writes a table into a page between its two marks. False if the former table differed from the measurement."""
+    text = page.read_text(encoding="utf-8")
+    begin, end = f"<!-- {name}: make embedded -->\n", "\n<!-- end -->"
+    before, rest = text.split(begin)
+    old, after = rest.split(end, 1)
+    if same(old, new):
+        return True
+    page.write_text(before + begin + new + end + after, encoding="utf-8")
+    print(f"{name} of {page.relative_to(HERE.parent)} differed from the measurement; it is updated", file=sys.stderr)
+    return False
 
 
 def main() -> None:
     folder = HERE.parent / "build" / "embedded"
-    new = table([measure(board, folder / board.machine) for board in BOARDS])
-    print(new)
-    keep(new)
+    whole = table([measure(board, folder / board.machine) for board in BOARDS])
+    program = program_table(BOARDS[0], folder / "exported")
+    print(whole, program, sep="\n\n")
+    kept = [keep(README, "table", whole), keep(README, "program", program), keep(EXPORTED, "program", program)]
+    if not all(kept):
+        raise SystemExit(1)
 
 
 if __name__ == "__main__":

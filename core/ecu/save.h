@@ -11,9 +11,9 @@
  * Where the ignition was off, call oc_restart.
  *
  * No tick may come while an image is made, since it is of one moment: save in the task of oc_step, between two ticks,
- * or in another task while that one waits. Saving or restoring takes half a million instructions on a Cortex-M4F, which
- * is more than a tick of 10 ms has time for below some 100 MHz. So save where a hole in the ticks costs little, after
- * ignition off or while the truck stands. In pieces it needs no buffer for the whole image.
+ * or in another task while that one waits. Saving or restoring takes about a million instructions on a Cortex-M, more
+ * than a tick of 10 ms has time for below some 200 MHz. So save where a hole in the ticks costs little, after ignition
+ * off or while the truck stands. In pieces it needs no buffer for the whole image.
  *
  * For years of operation use OC_METHOD_JOINT, which forgets. In the other methods all hours have the same weight, so
  * after a thousand hours they hardly follow a remounted sensor. The key identifies the type of vehicle, not the truck:

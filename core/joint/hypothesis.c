@@ -1,4 +1,5 @@
 #include <math.h>
+#include <string.h>
 
 #include "between_drives.h"
 #include "bounds.h"
@@ -182,13 +183,12 @@ void oc_hypothesis_restart(oc_hypothesis *h, double angle) {
 }
 
 void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
-    *h = (oc_hypothesis){
-        .play = *play,
-        .width_mean = 2.0f * play->half_width,
-        .variance = 0.017453292f * 0.017453292f, /* (1 deg)^2 */
-        .blocks.factor = 3.0f,
-        .long_blocks.factor = 3.0f,
-    };
+    memset(h, 0, sizeof *h); /* not a struct, which takes a kilobyte of stack at -O0 */
+    h->play = *play;
+    h->width_mean = 2.0f * play->half_width;
+    h->variance = 0.017453292f * 0.017453292f; /* (1 deg)^2 */
+    h->blocks.factor = 3.0f;
+    h->long_blocks.factor = 3.0f;
     oc_hypothesis_restart(h, angle);
 }
 

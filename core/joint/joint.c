@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 #include "bounds.h"
 #include "hypothesis_set.h"
@@ -78,7 +79,7 @@ static void reset_places(oc_joint *joint, double angle) {
 void oc_joint_restart(oc_joint *joint, oc_joint_tracking *tracking) {
     joint->lost = 1;
     joint->solves_all = joint->solves_all || (tracking->due > 0 && tracking->solves_all);
-    *tracking = (oc_joint_tracking){0};
+    memset(tracking, 0, sizeof *tracking); /* not a struct of zeros, which takes 2 KiB of stack at -O0 */
 }
 
 void oc_joint_ignition(oc_joint *joint, oc_joint_tracking *tracking, float off_s) {

@@ -1,6 +1,7 @@
 #include "preprocess.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "trig.h"
 
@@ -63,11 +64,10 @@ static oc_lowpass_state lowpass_at(const oc_lowpass *design, double x) {
 
 void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *design, double angle, double yaw_rate,
                            double speed, double lateral_acceleration) {
-    *state = (oc_preprocess_state){
-        .yaw_rate = lowpass_at(&design->lowpass, yaw_rate),
-        .vehicle_speed = lowpass_at(&design->lowpass, speed),
-        .lateral_acceleration = lowpass_at(&design->lowpass, lateral_acceleration),
-    };
+    memset(state, 0, sizeof *state);
+    state->yaw_rate = lowpass_at(&design->lowpass, yaw_rate);
+    state->vehicle_speed = lowpass_at(&design->lowpass, speed);
+    state->lateral_acceleration = lowpass_at(&design->lowpass, lateral_acceleration);
     for (int32_t k = 0; k < OC_DELAY_MAX; ++k) {
         state->angle[k] = angle;
     }

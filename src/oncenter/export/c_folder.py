@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -81,7 +82,7 @@ def _contents(vehicle: Vehicle | None) -> dict[str, str]:
 
     own = ("CMakeLists.txt", "Makefile", "zephyr/CMakeLists.txt", "zephyr/Kconfig", "zephyr/module.yml")
     ecu = ("oncenter_ecu.h", "oncenter_ecu.c", "oncenter_vehicle.h")
-    readme = ours("README.md").replace("@VERSION@", _core.version())
+    readme = re.sub(r"^<!--.*-->\n", "", ours("README.md"), flags=re.MULTILINE).replace("@VERSION@", _core.version())
     return {
         "README.md": readme.replace("@VEHICLE@", _about(vehicle)),
         "LICENSE": LICENCE.read_text(encoding="utf-8"),

@@ -377,7 +377,7 @@ oc_error oc_check_call(const oc_state *state, const oc_coefficients *c) {
     if (state == NULL || c == NULL) {
         return OC_ERROR_NULL;
     }
-    if (!(c->rate_hz >= OC_RATE_MIN_HZ && c->rate_hz <= OC_RATE_MAX_HZ)) {
+    if (!(c->rate_hz >= (double)OC_RATE_MIN_HZ && c->rate_hz <= (double)OC_RATE_MAX_HZ)) {
         return OC_ERROR_SETUP;
     }
     return state->ready == OC_STATE_READY ? OC_OK : OC_ERROR_STATE;

@@ -29,6 +29,9 @@
  * / 1.5 s: another rate than in oc_setup, or a time in ms. After a correct second this needs ten wrong ones in
  * succession.
  *
+ * ABI. Compile core and callers with the same options: the size of an enum (-fshort-enums, usual on ARM) and the
+ * alignment of a double change the structs. So may each version. Images of save.h are the same bytes everywhere.
+ *
  * Tasks. Calls for one state must not interrupt each other: make them in one task, or lock the state. Calls for two
  * states may run at once, also with the same coefficients. The README has time, stack and memory.
  *

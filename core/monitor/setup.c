@@ -122,7 +122,8 @@ static oc_error check_setup(const oc_vehicle *vehicle, const oc_params *params, 
     if (!oc_params_are_sound(params)) {
         return OC_ERROR_PARAMS;
     }
-    if (!(rate_hz >= OC_RATE_MIN_HZ && rate_hz <= OC_RATE_MAX_HZ) || !(params->cutoff_hz < 0.45 * rate_hz)) {
+    const bool is_in_range = rate_hz >= (double)OC_RATE_MIN_HZ && rate_hz <= (double)OC_RATE_MAX_HZ;
+    if (!is_in_range || !(params->cutoff_hz < 0.45 * rate_hz)) {
         return OC_ERROR_RATE;
     }
     const bool has_tracks = has_tracks_for(params, track_of(vehicle), vehicle->track_width_front);
@@ -152,7 +153,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
     c->pieces_per_tick = rounded_up(one_piece_hz / rate_hz);
     /* upward, which bounds the number of blocks */
-    c->ticks_per_block = rounded_up(clean_ticks / OC_BLOCKS_PER_CLEAN_TIME);
+    c->ticks_per_block = rounded_up(clean_ticks / (double)OC_BLOCKS_PER_CLEAN_TIME);
     c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);
     oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
                          params->method == OC_METHOD_JOINT ? yaw_lag_s : 0.0, rate_hz);

@@ -32,7 +32,7 @@ void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_
     design->slope_every = between_points > 1 ? between_points : 1;
     /* Least squares line through the points: sum of (k - 5) v_k over sum of (k - 5)^2 = 110 for 11 points. */
     const double half = (OC_SLOPE_POINTS - 1) / 2.0;
-    const double squares = OC_SLOPE_POINTS * half * (half + 1.0) / 3.0;
+    const double squares = (double)OC_SLOPE_POINTS * half * (half + 1.0) / 3.0;
     design->slope_scale = rate_hz / (squares * design->slope_every);
     design->settling_ticks = (OC_SLOPE_POINTS - 1) * design->slope_every + design->delay_ticks + 1;
 }

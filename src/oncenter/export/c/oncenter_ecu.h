@@ -36,9 +36,9 @@ extern uint32_t oncenter_sequence; /* of the image that was restored or saved la
 /* Once after power-up: the values of the vehicle file, the joint method, and nothing learned. */
 void oncenter_ecu_defaults(void);
 
-/* At each ignition. Returns OC_OK, or the wrong part of the calibration; then ticks are refused. What was learned or
- * restored stays, less certain by what may change while the ignition is off, unless the calibration has changed. Ends a
- * saving that is not complete. */
+/* At each ignition. Returns OC_OK, or the wrong part of the calibration: then ticks are refused, and oc_vehicle_check
+ * or oc_params_check names the member. What was learned or restored stays, less certain by what may change while the
+ * ignition is off, unless the calibration has changed. Ends a saving that is not complete. */
 oc_error oncenter_ecu_start(void);
 
 /* At ONCENTER_RATE_HZ, after oncenter_tick is filled. Any result but OC_OK: the tick is refused, and oncenter_output

@@ -209,6 +209,7 @@ accuracy: .venv/dev ## errors and intervals of all methods and rivals: docs/accu
 	$(BIN)/python bench/two_parts.py --page --jobs 2
 	$(BIN)/python bench/compare.py --page --jobs 2
 	$(BIN)/python bench/angle.py --page
+	$(BIN)/python bench/angle_lag.py --page --jobs 2
 	$(BIN)/python bench/gyro_bias.py --page
 	rm -rf build/trucks
 	$(BIN)/python bench/trucks.py build/trucks --page --jobs 2

@@ -12,6 +12,7 @@ BENCH = Path(__file__).parents[1] / "bench"
 SMALL = {
     "accuracy": "--tuning --drives 1 --rows ordinary,no_play --methods joint,thesis,rls",
     "angle": "--tuning --drives 1 --only ordinary,payload,faults",
+    "angle_lag": "--smoke --jobs 1",
     "compare": "--tuning --pairs 1 --jobs 1",
     "effects": "--tuning --drives 1 --rows none,pull --jobs 1",
     "file_faults": "--smoke --jobs 1",

@@ -134,6 +134,57 @@ def test_steady_bends_give_the_angle_including_the_play() -> None:
         assert np.abs(found["angle"] - angle)[clear][200:].max() < 1.0 * DEGREE
 
 
+def weave(frequency_hz: float, inertia_s: float = 1.0) -> tuple[Array, Array, Array, Array]:
+    """As `bends`, by sines of about 15 deg at 20 m/s; `inertia_s` of steering wheel angle per yaw acceleration."""
+    t = np.arange(int(30.0 * RATE_HZ)) / RATE_HZ
+    r, v = 2.5 * DEGREE * np.sin(2.0 * np.pi * frequency_hz * t), np.full_like(t, 20.0)
+    angle = RATIO * (WHEELBASE * r / v + K_US * r * v) + inertia_s * np.gradient(r) * RATE_HZ
+    return r, v, r * v, angle
+
+
+def lag_s(found: Array, true: Array, frequency_hz: float) -> float:
+    turn = np.exp(-2j * np.pi * frequency_hz * np.arange(len(true)) / RATE_HZ)
+    return float(np.angle(np.sum(true * turn) / np.sum(found * turn)) / (2.0 * np.pi * frequency_hz))
+
+
+@pytest.mark.parametrize("frequency_hz", [0.3, 0.5])
+def test_the_estimate_of_a_weave_is_on_time(frequency_hz: float) -> None:
+    r, v, a, angle = weave(frequency_hz)
+    found = observe(r, v, a, np.full_like(r, np.nan))[1000:]
+    assert abs(lag_s(found["angle"], angle[1000:], frequency_hz)) < 0.02
+    assert found["delay"].max() < 0.04
+
+
+def test_slow_steering_within_the_gyro_noise_is_late_and_says_so() -> None:
+    """0.45 deg/s^2 of noise in the yaw acceleration; sines with 8 deg/s^2 and with 0.16."""
+    noise = {"yaw_rate_noise": (0.01 * DEGREE) ** 2}
+    for frequency_hz, late in ((0.5, False), (0.01, True)):
+        r, v, a, angle = weave(frequency_hz)
+        found = observe(r, v, a, np.full_like(r, np.nan), **noise)[1000:]
+        assert (found["delay"].mean() > 0.1) == late
+        if not late:
+            assert abs(lag_s(found["angle"], angle[1000:], frequency_hz)) < 0.05
+    sensor = observe(r, v, a, angle, **noise)
+    assert np.all(sensor["delay"] == 0.0)
+
+
+def test_the_interval_contains_the_lag_of_a_truck_that_turns_more_slowly() -> None:
+    r, v, a, angle = weave(0.5, inertia_s=1.8)
+    found = observe(r, v, a, np.full_like(r, np.nan))
+    error = np.abs(found["angle"] - angle)
+    assert error[50:].max() > 3.0 * DEGREE
+    assert np.mean(error[50:200] < 1.96 * found["standard_deviation"][50:200]) > 0.95  # in the first sine
+    assert np.mean(error[200:] < 1.96 * found["standard_deviation"][200:]) > 0.95
+
+
+def test_a_driver_who_has_just_steered_may_steer_again() -> None:
+    r, v, a, _ = weave(0.5)
+    rested = np.zeros_like(r)
+    r[2000:], a[2000:] = 0.0, 0.0
+    active, calm = (observe(rate, v, rate * v, np.full_like(r, np.nan))["standard_deviation"] for rate in (r, rested))
+    assert active[2300] > 2.0 * calm[2300]  # 3 s later, when the yaw acceleration is forgotten
+
+
 def test_without_any_sensor_the_angle_is_ackermanns_with_a_wide_interval() -> None:
     """4.2."""
     r, v, a, angle = bends(40.0, 20.0)
@@ -198,7 +249,7 @@ def test_the_flattening_at_large_angles_is_learned() -> None:
     speed = np.full_like(t, 5.0)
     r = speed / WHEELBASE * np.tan(front)
     a = r * speed
-    angle = RATIO * (front - 0.5 * front**3 + K_US * a)
+    angle = RATIO * (front - 0.5 * front**3 + K_US * a) + 0.7 * np.gradient(r) * RATE_HZ  # 0.7 s of yaw inertia
     sensor = np.where(t < 60.0, angle, np.nan)
     untaught, taught = (observe(r, speed, a, column) for column in (np.full_like(t, np.nan), sensor))
     judged = (t > 70.0) & (np.abs(angle) > 200.0 * DEGREE)

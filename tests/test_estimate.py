@@ -342,6 +342,7 @@ def test_the_monitor_gives_the_angle_of_the_log_also_after_its_sensor_is_lost() 
         assert now.angle_rate_rad_s == angle["steering_wheel_angle_rate_rad_s"]
         assert now.angle_sd_rad == angle["standard_deviation_rad"]
         assert now.angle_status == angle["status"]
+        assert now.angle_delay_s == angle["delay_s"]
         assert now.angle_estimate_rad == angle["estimate_rad"]
         sources.add((is_lost, now.angle_source))
         if is_lost:

@@ -10,13 +10,15 @@ static const float half_turn = 3.14159265358979323846f; /* pi */
 /* Numerical. */
 static const float never_s = 1e9f;          /* longer than any time without a sensor */
 static const float angle_sd_max = 10.0f;    /* rad, against unbounded growth at standstill */
+static const float swing_min = 1e-12f;      /* (rad/s^2)^2, against 0/0 */
 
 /* Tuned, in tuned.toml: angle */
 static const float first_pole_hz = 5.0f; /* Hz: first pole of the filter of the yaw rate; drivers steer below 2 Hz */
 static const float pair_hz = 3.8f; /* Hz: pair of poles of this filter */
 static const float pair_damping = 0.65f; /* damping of this pair; less delay at the same noise than without ringing */
 static const float speed_s = 0.1f; /* s: time constant of the vehicle speed */
-static const float bank_s = 0.15f; /* s: time constant of a_y - r v */
+/* s: time constant of a_y - r v, part of the lateral force that the yaw rate lacks */
+static const float bank_s = 0.05f;
 static const float rate_s = 0.1f; /* s: time constant of the published steering rate */
 static const float takeover_s = 1.0f; /* s: time constant of the difference at a change between sensor and estimate */
 static const float check_s = 0.05f; /* s: period of the place in the play, of learning and of the sensor check */
@@ -28,10 +30,24 @@ static const float neutral_sds = 1.0f; /* sd of a_0 beyond friction, below which
 static const float flank_memory_s = 0.5f; /* s: time without lateral force until the flank is uncertain */
 static const float place_variance_max = 0.7f; /* variance of an unknown place in the play, -1 to 1 */
 static const float error_sd = 0.6f * 3.14159265358979323846f / 180.0f; /* rad: sd of the slow error at speed */
-static const float error_speed = 5.0f; /* m/s: speed below which this error grows, as 1 + error_speed / v */
-static const float lead_sd_s = 0.06f; /* s: sd of the estimate's delay, times the steering rate */
-static const float yaw_acceleration_sd_s = 0.15f; /* s: sd of T, times the yaw acceleration */
-static const float T_prior_s = 0.5f; /* s: prior of T, steering wheel angle per yaw acceleration */
+static const float error_speed = 1.5f; /* m/s: speed below which this error grows, as 1 + error_speed / v */
+static const float lead_sd_s = 0.07f; /* s: sd of the delay that the prediction leaves, times the steering rate */
+static const float yaw_acceleration_sd_s = 0.3f; /* s: sd of T, times the yaw acceleration */
+/* s: memory of the peaks of the yaw acceleration, that separates steering from noise */
+static const float swing_s = 0.7f;
+/* squared yaw acceleration, in variances of its noise, at which half of it counts */
+static const float swing_noises = 4.0f;
+/* s: sd of the time until a new movement of the driver shows, times the activity */
+static const float onset_sd_s = 0.11f;
+static const float activity_s = 3.0f; /* s: memory of the driver's mean steering rate */
+/* (rad/s)^2: variance of the gyro in a second's mean, where it is not identified: below 80 Hz, without accelerometer */
+static const float usual_noise = 3.3e-08f;
+/* rad/s^2: yaw acceleration of a hard turn, in which half of the prediction counts */
+static const float hard_turn = 0.85f;
+static const float slope_lead_s = 0.045f; /* s: prediction of the yaw acceleration by its slope */
+static const float load_lead_s = 0.2f; /* s: prediction of the lateral force that carries the wheels through the play */
+static const float clear_noises = 12.0f; /* as swing_noises, of steering that is clearly the driver's */
+static const float T_prior_s = 1.3f; /* s: prior of T, steering wheel angle per yaw acceleration */
 static const float T_prior_steady_s = 6.0f; /* s: steering wheel angle per yaw rate at which T_prior_s holds */
 static const float T_prior_s2 = 0.05f; /* rad^2/s^3: sum of squared yaw acceleration with the prior's weight */
 static const float zero_walk_variance_max = 0.09f; /* (m/s^2)^2: maximum variance of the zero */
@@ -43,7 +59,6 @@ static const float learning_memory_s = 600.0f; /* s: memory of T, of the error's
 static const float learned_s = 30.0f; /* s: comparison until its scale of the error replaces the factor 2 */
 static const float unbanked_share = 0.3f; /* sd of K over K while the accelerometer is lost */
 static const float unbanked_sd = 0.2f; /* m/s^2: sd of a_0 while the accelerometer is lost, on all roads */
-static const float slope_correction = 1.15f; /* factor on the learned T, whose slope the gyro's noise reduces */
 static const float cube_angle_min = 0.15f; /* rad: front wheel angle beyond which its cube is learned */
 static const float cube_speed = 3.0f; /* m/s: minimum speed for learning the cube */
 static const float flattened_max = 0.3f; /* maximum error over the estimate for learning the cube */
@@ -63,6 +78,7 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
     const float w = 2.0f * half_turn * pair_hz;
     const float first = 2.0f * half_turn * first_pole_hz * tick_s;
     const float damping = 2.0f * pair_damping * w;
+    const float lag = 1.0f / (2.0f * half_turn * first_pole_hz), slope = damping + w * w * lag;
     const int32_t ticks_per_check = (int32_t)(check_s / tick_s + 0.5f);
     *design = (oc_angle_design){
         .method = method,
@@ -75,6 +91,9 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
         .bank_share = tick_s / (bank_s + tick_s),
         .rate_share = tick_s / (rate_s + tick_s),
         .takeover_share = tick_s / (takeover_s + tick_s),
+        .acceleration_noise = w * w * w * w / (2.0f * (slope * (1.0f + damping * lag) - w * w * lag)),
+        .swing_keep = 1.0f - tick_s / swing_s,
+        .activity_share = tick_s * (float)ticks_per_check / activity_s,
         .delay_s = method == OC_ANGLE_OBSERVER ? 2.0f * pair_damping / w + (1.0f + first) * tick_s / first : 0.0f,
         .tick_s = tick_s,
         .per_damping = 1.0f / (1.0f + damping * tick_s),
@@ -98,6 +117,19 @@ static void begin_observer(oc_angle_tracking *t, const oc_angle_tick *tick) {
     };
 }
 
+/* The share of the prediction that the gyro's noise leaves: 1 where the yaw acceleration, or its recent peak, is far
+ * beyond it. In hard turns the prediction would overshoot. */
+static void follow_swing(oc_angle_tracking *t, const oc_angle_design *d, float before) {
+    const float square = t->yaw_acceleration * t->yaw_acceleration;
+    const float kept = t->swing * d->swing_keep;
+    t->swing = square > kept ? square : kept;
+    t->steered = t->swing / (t->swing + swing_noises * t->noise + swing_min);
+    const float hard = t->swing / (hard_turn * hard_turn);
+    t->share = t->steered / (1.0f + hard * hard);
+    t->predicted = t->share * (t->yaw_acceleration + slope_lead_s * t->steered * t->steered *
+                                                     (t->yaw_acceleration - before) * d->per_tick);
+}
+
 void oc_angle_filter(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_tick *tick) {
     if (!t->running || !tick->has_motion) {
         return;
@@ -105,9 +137,11 @@ void oc_angle_filter(oc_angle_tracking *t, const oc_angle_design *d, const oc_an
     t->speed += (tick->speed - t->speed) * d->speed_share;
     t->yaw_rate_first += (tick->yaw_rate - t->yaw_rate_first) * d->yaw_rate_share;
     /* implicit in the damping: stable at 20 Hz */
+    const float before = t->yaw_acceleration;
     t->yaw_acceleration = (t->yaw_acceleration + d->stiffness * (t->yaw_rate_first - t->yaw_rate) * d->tick_s) *
                           d->per_damping;
     t->yaw_rate += t->yaw_acceleration * d->tick_s;
+    follow_swing(t, d, before);
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
 }
 
@@ -157,10 +191,6 @@ static void follow_play(oc_angle_tracking *t, const oc_angle_design *d, const oc
     t->place_step = (oc_clamp_size(place, 1.0f) - t->place) / (float)d->ticks_per_check;
 }
 
-double oc_angle_delay_s(const oc_angle_design *d) {
-    return (double)d->delay_s;
-}
-
 /* s, steering wheel angle over yaw rate in steady state. */
 static float per_yaw_rate(const oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck) {
     const float v = fabsf(t->speed);
@@ -170,7 +200,7 @@ static float per_yaw_rate(const oc_angle_tracking *t, const oc_angle_design *d, 
 /* T at this speed: it includes the filter's delay times the angle per yaw rate of (10). */
 static float lead_at(const oc_angle_evidence *e, const oc_angle_design *d, float per_rate) {
     const float per_slope = 1.0f / (e->slopes + T_prior_s2);
-    const float lead = slope_correction * (e->products + T_prior_s2 * T_prior_s) * per_slope;
+    const float lead = (e->products + T_prior_s2 * T_prior_s) * per_slope;
     const float usual = (e->steady + T_prior_s2 * T_prior_steady_s) * per_slope;
     const float T = lead + d->delay_s * (per_rate - usual);
     return T > 0.0f ? T : 0.0f;
@@ -234,16 +264,22 @@ static float wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const o
     const float steady = oc_front_wheel_by_yaw_rate(d->wheelbase * (1.0f + truck->wheelbase), t->yaw_rate, v,
                                                     truck->gradient, a - truck->unloading + d->pull);
     t->cube = steady * steady * steady;
-    return to_steering_wheel(d, steady - t->flattening * t->cube + t->lead * d->per_ratio * t->yaw_acceleration);
+    return to_steering_wheel(d, steady - t->flattening * t->cube + t->lead * d->per_ratio * t->predicted);
 }
 
 /* rad^2, of the observer's errors; a comparison with the sensor identifies their scale. */
 static float observer_variance(const oc_angle_tracking *t, const oc_angle_truck *truck) {
     const float slow = error_sd * (1.0f + error_speed / fabsf(t->speed));
-    const float late = lead_sd_s * t->rate;
-    const float turning = yaw_acceleration_sd_s * t->yaw_acceleration;
     const float half_play = 0.5f * truck->backlash;
-    return slow * slow + late * late + turning * turning + half_play * half_play * t->place_variance;
+    return slow * slow + half_play * half_play * t->place_variance;
+}
+
+/* rad^2, of the lag that is left: the recent peak of the yaw acceleration, times the sd of T and the delay's; and a
+ * movement that has begun but does not show yet. */
+static float lag_variance(const oc_angle_tracking *t, float per_rate) {
+    const float late = lead_sd_s * per_rate, onset = onset_sd_s * t->activity;
+    return t->swing * t->steered * t->steered * (late * late + yaw_acceleration_sd_s * yaw_acceleration_sd_s) +
+           onset * onset;
 }
 
 /* rad^2, of the truck's parameters, and of errors that a comparison with the sensor cannot identify. */
@@ -267,8 +303,8 @@ static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, 
                               float per_rate, float error, float without_T, float variance) {
     const float keep = 1.0f - d->check_s / learning_memory_s;
     if (t->place_variance < 0.1f) {
-        const float squared = t->yaw_acceleration * t->yaw_acceleration * d->check_s;
-        e->slopes = keep * e->slopes + squared;
+        const float squared = (t->yaw_acceleration * t->yaw_acceleration - t->noise) * d->check_s;
+        e->slopes = oc_max(keep * e->slopes + squared, 0.0f);
         e->steady = keep * e->steady + squared * per_rate;
         e->products = keep * e->products + t->yaw_acceleration * without_T * d->check_s;
     }
@@ -288,7 +324,8 @@ static void learn_truck(const oc_angle_tracking *t, oc_angle_evidence *e, const 
         learn_flattening(e, t, d, error);
     }
     if (fabsf(t->speed) > learning_speed) {
-        learn_from_sensor(e, t, d, per_rate, error, error + t->lead * t->yaw_acceleration, observer);
+        learn_from_sensor(e, t, d, per_rate, error, error + t->lead * t->predicted,
+                          observer + lag_variance(t, per_rate));
         if (d->method == OC_ANGLE_SIDE_SLIP) {
             const oc_side_slip slip = side_slip_of(t, tick);
             oc_side_slip_learn(&e->side_slip, &slip, oc_ratio_to_front_wheel(&d->ratio, tick->true_by_sensor),
@@ -297,23 +334,38 @@ static void learn_truck(const oc_angle_tracking *t, oc_angle_evidence *e, const 
     }
 }
 
+/* Share of the swing that is clearly the driver's. */
+static float clearly_steered(const oc_angle_tracking *t) {
+    const float share = t->swing / (t->swing + clear_noises * t->noise + swing_min);
+    return share * share;
+}
+
+/* m/s^2, change of the lateral force over load_lead_s. */
+static float load_ahead(const oc_angle_tracking *t, float clear) {
+    return clear * clear * load_lead_s * t->speed * t->yaw_acceleration;
+}
+
 /* The slower part: place in the play, learning from the sensor, the estimate's sd. */
 static void check(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d, const oc_angle_truck *truck,
                   const oc_angle_tick *tick, bool identified, float wheels) {
     const float per_rate = per_yaw_rate(t, d, truck);
     t->lead = identified ? lead_at(e, d, per_rate) : T_prior_s;
+    t->lateness = d->method == OC_ANGLE_OBSERVER ? t->lead / per_rate : 0.0f;
     t->flattening = flattening(e);
     if (t->held_s > 0.0f || t->without_sensor_s >= never_s) {
         t->reference = wheels;
     }
-    const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading;
+    const float clear = clearly_steered(t);
+    t->activity += (clear * per_rate * sqrtf(t->swing) - t->activity) * d->activity_share;
+    const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading +
+                       load_ahead(t, clear);
     follow_play(t, d, truck, wheels, load, neutral_sd_of(t, truck, tick));
     const float observer = observer_variance(t, truck);
     if (tick->can_learn && identified) {
         learn_truck(t, e, d, tick, per_rate, observer);
     }
     const float error_scale = e->seconds > learned_s ? e->error_scale : 2.0f;
-    t->sd = sqrtf(error_scale * observer + truck_variance(t, e, d, truck, tick));
+    t->sd = sqrtf(error_scale * observer + lag_variance(t, per_rate) + truck_variance(t, e, d, truck, tick));
 }
 
 /* rad, the front wheels' angle at the steering wheel, without the play. */
@@ -345,6 +397,7 @@ static void publish_measured(oc_angle_tracking *t, const oc_angle_design *d, con
     t->without_sensor_s = t->standing_s = 0.0f;
     const float offset_sd = learned->identified ? learned->offset_sd : unlearned_offset_sd;
     out->angle = measured + (double)t->step;
+    out->delay = 0.0;
     out->standard_deviation = (double)(t->step == 0.0f ? offset_sd : sqrtf(offset_sd * offset_sd + t->step * t->step));
     out->status = learned->identified ? OC_VALID : OC_CONVERGING;
 }
@@ -357,6 +410,7 @@ static void publish_estimated(oc_angle_tracking *t, const oc_angle_design *d, bo
     t->standing_s += moves ? 0.0f : d->tick_s;
     out->angle = (double)(t->estimate + t->difference);
     out->standard_deviation = (double)t->sd;
+    out->delay = (double)(t->lateness * (1.0f - t->share));
     out->status = !identified || !moves ? OC_UNOBSERVABLE : t->sd < valid_sd ? OC_VALID : OC_CONVERGING;
 }
 
@@ -377,6 +431,7 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     const bool moves = tick->has_motion && fabsf(t->speed) > walking_speed && fabsf(tick->speed) > 0.5f * walking_speed;
     const bool is_due = oc_angle_is_due(t);
     t->ticks_to_check = (is_due ? d->ticks_per_check : t->ticks_to_check) - 1;
+    t->noise = d->acceleration_noise * (learned->yaw_rate_noise > 0.0f ? learned->yaw_rate_noise : usual_noise);
     if (moves) {
         const float wheels = follow_wheels(t, e, d, truck, tick);
         if (is_due || t->held_s > 0.0f) {

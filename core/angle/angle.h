@@ -34,6 +34,7 @@ typedef struct {
     float tandem;                     /* m^2/s^2, lateral force per curvature, by rear axles that resist turning */
     float friction;                   /* m/s^2 */
     float creep;                      /* rad/s per m/s^2 */
+    float yaw_rate_noise;             /* (rad/s)^2, of the gyro in a second's mean; 0: not identified */
     float left_s, right_s;            /* s of lateral force that clearly loads either flank */
     int32_t identified;               /* the sensor was available for long enough */
 } oc_angle_truck;
@@ -60,6 +61,9 @@ typedef struct {
     float pull;                       /* m/s^2, given part of the neutral lateral acceleration */
     float yaw_rate_share;             /* weight of a new tick, of the filter's first pole */
     float stiffness, damping;         /* 1/s^2, 1/s, of its other two */
+    float acceleration_noise;         /* 1/s^2, variance of the yaw acceleration over the gyro's in a second's mean */
+    float swing_keep;                 /* share of the swing that is left after a tick */
+    float activity_share;             /* weight of a new check, of the activity */
     float speed_share, bank_share, rate_share, takeover_share;
     float delay_s;                     /* s, of the yaw rate's filter */
     float tick_s;
@@ -76,7 +80,14 @@ typedef struct {
     float yaw_rate_first, yaw_rate, yaw_acceleration; /* rad/s, rad/s, rad/s^2: filtered */
     float speed;                      /* m/s */
     float bank;                       /* m/s^2, a_y - r*v */
+    float noise;                      /* (rad/s^2)^2, variance of the yaw acceleration by the gyro's noise */
+    float swing;                      /* (rad/s^2)^2, recent peak of the squared yaw acceleration */
+    float steered;                    /* share of the swing that is not this noise */
+    float share;                      /* of the prediction that counts */
+    float activity;                   /* rad/s, mean steering rate of the last seconds */
+    float predicted;                  /* rad/s^2, yaw acceleration ahead, less its noise */
     float lead;                       /* s, T as of the last check */
+    float lateness;                   /* s, delay of the estimate without prediction, as of the last check */
     float cube;                       /* rad^3, of the front wheels' steady-state angle */
     float flattening;                 /* 1/rad^2, reduction of the angle over its cube, as of the last check */
     float reference;                  /* rad, of the wheels at their last clear motion */
@@ -105,15 +116,13 @@ typedef struct {
 typedef struct {
     double angle, rate, standard_deviation; /* rad, rad/s, rad: the true angle */
     double estimate, estimate_sd;           /* rad, by motion alone */
+    double delay;                           /* s, of an estimated angle: what the prediction leaves */
     bool by_sensor;                         /* the angle is measured less offset */
     oc_status status;
 } oc_angle;
 
 void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ratio *ratio, double wheelbase,
                     double rate_hz);
-
-/* s, delay of the observer's filter. */
-double oc_angle_delay_s(const oc_angle_design *design);
 
 /* Whether the next tick checks the estimate against the sensor. */
 bool oc_angle_is_due(const oc_angle_tracking *tracking);

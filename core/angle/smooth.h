@@ -7,8 +7,8 @@
 #include <stdint.h>
 
 /* Smooths `angle` (rad) in place and fills `rate` (rad/s). sd: rad, the angle's standard deviation. Where `measured` is
- * not 0 the angle is the sensor's and does not change. All have `count` rows. delay_s: oc_angle_delay_s. */
+ * not 0 the angle is the sensor's and does not change. delay_s: the angle's. All have `count` rows. */
 void oc_smooth_angle(double *angle, double *rate, const double *sd, const uint8_t *measured, size_t count,
-                     double tick_s, double delay_s);
+                     double tick_s, const double *delay_s);
 
 #endif

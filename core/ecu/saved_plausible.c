@@ -99,6 +99,9 @@ static const member floats[] = {
     {offsetof(oc_state, tracking.angle.yaw_rate_first), 2, YAW_RATE, 1, 0}, /* and yaw_rate */
     {offsetof(oc_state, tracking.angle.speed), 1, SPEED, 1, 0},
     {offsetof(oc_state, tracking.angle.bank), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, tracking.angle.noise), 2, NOT_NEGATIVE, 1, 0}, /* and swing */
+    {offsetof(oc_state, tracking.angle.steered), 2, SHARE, 1, 0}, /* and share */
+    {offsetof(oc_state, tracking.angle.activity), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, tracking.angle.place_variance), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.past.bias), 1, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.past.covariance), OC_GYRO_BIAS_STATES, PLACE, 1, 0},

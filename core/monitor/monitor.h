@@ -190,7 +190,7 @@ typedef struct {
     double evidence;             /* s of driving in the offset */
     double yaw_rate_bias;        /* rad/s, by wheels and standstill */
     double yaw_rate_bias_sd;     /* rad/s */
-    oc_angle angle;              /* now, not delayed */
+    oc_angle angle;              /* now; angle.delay: how late an estimate is */
     oc_fault fault;              /* of the steering wheel angle sensor */
     double fault_since;          /* s */
     double fault_confidence;     /* lower bound of its probability, 0 to 1 */

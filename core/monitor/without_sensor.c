@@ -37,6 +37,7 @@ void oc_learn_truck(oc_learned *l, const oc_joint *joint, const oc_coefficients 
         .tandem = oc_joint_tandem(joint, &c->joint) / tyre_share,
         .friction = creeps_by_load ? play->friction / tyre_share : 0.0f,
         .creep = creeps_by_load ? play->creep * tyre_share : 0.0f,
+        .yaw_rate_noise = oc_noise_in_mean(&joint->second.noise, OC_NOISE_OF_YAW_RATE),
         .left_s = joint->loaded_left_s,
         .right_s = joint->loaded_right_s,
         .identified = is_identified(l),

@@ -309,7 +309,7 @@ class Core:
             ffi.from_buffer("uint8_t[]", np.ascontiguousarray(angles["by_sensor"])),
             len(smoothed),
             self._coefficients.tick_s,
-            lib.oc_angle_delay_s(ffi.addressof(self._coefficients, "angle")),
+            ffi.from_buffer("double[]", np.ascontiguousarray(angles["delay"])),
         )
         return smoothed, rate
 

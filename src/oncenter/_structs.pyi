@@ -90,6 +90,7 @@ class OcAngle(TypedDict):
     standard_deviation: float
     estimate: float
     estimate_sd: float
+    delay: float
     by_sensor: bool
     status: int
 

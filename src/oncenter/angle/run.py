@@ -64,7 +64,8 @@ def angle(
 
     Returns:
         One row per row of the drive: `time_s`, `steering_wheel_angle_rad` (the true angle: measured less offset),
-        `steering_wheel_angle_rate_rad_s`, `standard_deviation_rad`, `status`, `estimate_rad` (from the motion alone),
+        `steering_wheel_angle_rate_rad_s`, `standard_deviation_rad`, `status`, `delay_s` (of an estimated angle, which
+        the standard deviation contains), `estimate_rad` (from the motion alone),
         `sensor_fault` ("none", "lost", "stuck", "jumped", "drifting", "wrong_sign", "remounted") with
         `sensor_fault_since_s` and `sensor_fault_confidence`, and, where the drive has it, `measured_rad`, the reading
         of the sensor, also after `sensor_lost_at`.
@@ -187,6 +188,7 @@ def _table(
         "steering_wheel_angle_rate_rad_s": np.ascontiguousarray(rates),
         "standard_deviation_rad": np.ascontiguousarray(outputs["angle"]["standard_deviation"]),
         "status": np.asarray(_core.STATUSES, dtype=object)[outputs["angle"]["status"]],
+        "delay_s": np.ascontiguousarray(outputs["angle"]["delay"]),
         "estimate_rad": np.ascontiguousarray(outputs["angle"]["estimate"]),
         "sensor_fault": np.asarray(_core.FAULTS, dtype=object)[outputs["fault"]],
         "sensor_fault_since_s": np.where(found, outputs["fault_since"], np.nan),

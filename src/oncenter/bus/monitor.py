@@ -46,7 +46,8 @@ class Now:
     it is "compensated", the measured angle less the offset, or "estimated" from the motion alone, while the sensor is
     lost or faulty. It is "unobservable" in `angle_status` while it is held at walking speed, and where there never was
     a sensor; the standard deviation contains that. `angle_estimate_rad` is the estimate from the motion alone, also
-    beside a working sensor. `oncenter.angle` gives the same numbers for a log.
+    beside a working sensor. `angle_delay_s` is the delay that is left in an estimated angle; the standard deviation
+    contains it. `oncenter.angle` gives the same numbers for a log.
 
     `offset_rad`, its standard deviation `offset_sd_rad` and the part of it from this drive, `offset_drive_sd_rad`, are
     None while the offset is unobservable. `reasons` are those for which the tick cannot be used; without any, the tick
@@ -63,6 +64,7 @@ class Now:
     angle_sd_rad: float
     angle_status: str
     angle_source: str
+    angle_delay_s: float
     angle_estimate_rad: float
     angle_estimate_sd_rad: float
     curvature_1_m: float
@@ -132,6 +134,7 @@ class Monitor:
             angle_sd_rad=angle["standard_deviation"],
             angle_status=_core.STATUSES[angle["status"]],
             angle_source="compensated" if angle["by_sensor"] else "estimated",
+            angle_delay_s=angle["delay"],
             angle_estimate_rad=angle["estimate"],
             angle_estimate_sd_rad=angle["estimate_sd"],
             curvature_1_m=output["motion"]["curvature"],

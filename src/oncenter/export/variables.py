@@ -227,6 +227,7 @@ def _outputs() -> Iterator[Variable]:
     yield real("angle_rate", "angle.rate", "rad/s", "Rate of the true steering wheel angle")
     yield real("angle_sd", "angle.standard_deviation", "rad", "Standard deviation of angle")
     yield real("angle_estimate", "angle.estimate", "rad", "Steering wheel angle estimated from motion only")
+    yield real("angle_delay", "angle.delay", "s", "Delay of an estimated angle; angle_sd contains it")
     yield status("angle_status", "angle_status", "Status", f"Status of angle; ignore angle while {_UNOBSERVABLE}")
     yield status("sensor_fault", "fault", "SensorFault", "Fault of the steering wheel angle sensor")
     yield real("sensor_fault_since", "fault_since", "s", "Time at which the sensor's fault began")

@@ -40,6 +40,7 @@ _NUMBERS = {
     "angle_rad": "angle.angle",
     "angle_rate_rad_s": "angle.rate",
     "angle_sd_rad": "angle.standard_deviation",
+    "angle_delay_s": "angle.delay",
     "angle_estimate_rad": "angle.estimate",
     "angle_estimate_sd_rad": "angle.estimate_sd",
     "sensor_fault_since_s": "fault_since",

@@ -107,6 +107,10 @@ def test_fifteen_degrees_of_play_are_no_wrong_scale_of_the_angle() -> None:
     assert "scale" not in [finding.code for finding in offset(play, TRUCK).findings]
 
 
+def test_a_few_hard_turns_are_no_late_yaw_rate() -> None:
+    assert "signal_late" not in [finding.code for finding in offset(simulate("hard_turn", seed=1)[0], TRUCK).findings]
+
+
 def test_with_angle_and_yaw_rate_alone_both_units_are_named() -> None:
     pair = without(scaled("steering_wheel_angle", 1 / DEGREE)(drive()), *WHEELS, "lateral_acceleration")
     text = check(pair, TRUCK).findings[0].text

@@ -72,31 +72,39 @@ static void add_by_side(float *left, float *right, float side, float product) {
     *right += side < -side_acceleration ? product : 0.0f;
 }
 
+/* What a step counts: less where one of both moves unusually. */
+static float weight_at(const oc_witness *first, const oc_witness *second, int32_t at) {
+    const float most = oc_max(fabsf(first->changes[at]) / (first->typical + typical_min),
+                              fabsf(second->changes[at]) / (second->typical + typical_min));
+    return most > unusual ? unusual / most : 1.0f;
+}
+
 /* The middle of the history is compared with all of it. */
 void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_witness *second, int32_t place,
                         bool slow) {
+    pair->weights[place & CHANGES] = weight_at(first, second, place & CHANGES);
     if (first->steps < PAIR_STEPS_NEEDED || second->steps < PAIR_STEPS_NEEDED) {
         return;
     }
     const int32_t middle = place - OC_LAGS;
-    const float x = first->changes[middle & CHANGES], y = second->changes[middle & CHANGES];
-    const float most = oc_max(fabsf(x) / (first->typical + typical_min), fabsf(y) / (second->typical + typical_min));
-    const float weight = most > unusual ? unusual / most * (unusual / most) : 1.0f; /* of squares */
+    const float weight = pair->weights[middle & CHANGES];
+    const float x = weight * first->changes[middle & CHANGES], y = weight * second->changes[middle & CHANGES];
     for (int32_t l = 0; l < OC_LAG_COUNT; ++l) {
-        pair->products[l] += weight * x * second->changes[(middle + l - OC_LAGS) & CHANGES];
+        const int32_t at = (middle + l - OC_LAGS) & CHANGES;
+        pair->products[l] += x * pair->weights[at] * second->changes[at];
     }
-    pair->first += weight * x * x;
-    pair->second += weight * y * y;
-    const float motion = weight * (x * x + y * y);
+    pair->first += x * x;
+    pair->second += y * y;
+    const float motion = x * x + y * y;
     pair->motion_squares += motion * motion;
     pair->steps += 1.0f;
     if (slow) {
-        pair->slow_first += weight * x * x;
-        pair->slow_second += weight * y * y;
+        pair->slow_first += x * x;
+        pair->slow_second += y * y;
         pair->slow_steps += 1.0f;
     }
-    add_by_side(&pair->left_of_first, &pair->right_of_first, first->means[middle & MEANS], weight * x * y);
-    add_by_side(&pair->left_of_second, &pair->right_of_second, second->means[middle & MEANS], weight * x * y);
+    add_by_side(&pair->left_of_first, &pair->right_of_first, first->means[middle & MEANS], x * y);
+    add_by_side(&pair->left_of_second, &pair->right_of_second, second->means[middle & MEANS], x * y);
     if (oc_min(pair->first, pair->second) > motion_max || pair->steps > steps_max) {
         halve_pair(pair);
     }

@@ -18,8 +18,9 @@ typedef struct {
     int32_t steps;             /* successive ones */
 } oc_witness;
 
-/* Sums over the changes, (m/s^2)^2. */
+/* Sums over the changes, (m/s^2)^2, each by its weight; so each product has two. */
 typedef struct {
+    float weights[OC_CHANGE_RING]; /* of the changes, 0 to 1 */
     float products[OC_LAG_COUNT]; /* with the second later by -OC_LAGS to OC_LAGS steps */
     float first, second;       /* squares */
     float motion_squares;      /* squares of the sums of both squares of a step */

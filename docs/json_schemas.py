@@ -435,6 +435,22 @@ def _fleet() -> Schema:
         for name, (kind, about) in TRUCKS.items()
     }
     counts = {"type": "integer", "minimum": 0}
+    unread = {
+        "log": text("The log."),
+        "truck": text("Its truck; empty if it is not named."),
+        "error_code": text("The reason as a code."),
+        "error": text("The reason as a sentence."),
+    }
+    changed = {"truck": text("The truck."), "before": text("Code of its verdict."), "now": text("Code now.")}
+    new = {
+        "is_first_night": {"type": "boolean", "description": "No night before it ended: everything is new."},
+        "calibrate": lines("Trucks that are to be calibrated, and were not: verdict recalibrate without watch."),
+        "fault": lines("Trucks with a signal or sensor at fault, and no such fault before."),
+        "verdicts": rows("Changed verdicts.", object_of("A truck.", changed)),
+        "trucks": lines("Trucks that are new."),
+        "unread": lines("Logs without an answer that had none of this reason before."),
+    }
+    twice = {"log": text("The log."), "trucks": lines("Its trucks.")}
     poisonous = by_name("A log at which a reader crashed or was stopped.", {"type": "string"})
     return object_of(
         "Answer of `oncenter fleet run --json`, which is also the file metrics.json.",
@@ -445,12 +461,18 @@ def _fleet() -> Schema:
             "logs_found": count("Logs found."),
             "logs_answered": count("Logs answered in this run."),
             "logs_refused": count("Logs without an answer in this run."),
+            "logs_copied": count("Logs copied, moved or renamed, whose answers stand."),
             "seconds": number("s", "Duration of the run."),
             "logs_per_second": number("1/s", "Rate while logs were answered."),
             "peak_memory_mb": number("MB", "Memory of the largest process; null on Windows.", null=True),
             "drives": count("Drives in the tables."),
+            "copies": count("Of them copies or parts of another drive, which do not count."),
             "refused": by_name("By error code, the number of logs without an answer.", counts),
+            "unread": rows("The first 1,000 logs without an answer.", object_of("A log.", unread)),
             "poisonous": rows("Logs that are skipped.", poisonous),
+            "new": object_of("What differs from the last night.", new),
+            "damaged": lines("What of the ledger was damaged and set apart in this run."),
+            "in_two_trucks": rows("Logs that count for several trucks.", object_of("A log.", twice)),
             "trucks": count("Trucks in the tables."),
             "changes_of_offset": count("Changes of an offset."),
             "verdicts": by_name("By code of the verdict, the number of trucks.", counts),

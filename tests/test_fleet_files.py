@@ -305,22 +305,6 @@ def test_a_drive_that_lasts_longer_than_the_calendar_has_no_start_and_no_place_i
     assert pl.read_parquet(tmp_path / "out" / "trucks.parquet")["told"].to_list() == [0]
 
 
-@pytest.mark.parametrize("start", [float(start) for start in BAD_STARTS])
-def test_a_start_that_an_earlier_version_put_down_ends_no_night(
-    start: float, fleet: Path, undisturbed: Path, tmp_path: Path
-) -> None:
-    output = shutil.copytree(undisturbed, tmp_path / "out")
-    with contextlib.closing(sqlite3.connect(output / LEDGER)) as ledger, ledger:
-        for key, text in ledger.execute("SELECT key, row FROM drive WHERE log LIKE '%day2%'").fetchall():
-            row = json.dumps(json.loads(text) | {"start": start})
-            ledger.execute("UPDATE drive SET start = ?, row = ? WHERE key = ?", (start, row, key))
-    summary = run([str(fleet / "logs" / "depot-7")], fleet / "vehicles", output, retry=True)
-    assert (summary.logs_answered, summary.logs_refused, summary.drives) == (0, 0, 12)
-    drives = pl.read_parquet(output / "drives.parquet").filter(pl.col("log").str.contains("day2"))
-    assert drives["start"].to_list() == [None, None]
-    assert pl.read_parquet(output / "trucks.parquet")["told"].to_list() == [5, 5]
-
-
 # -- names that oncenter makes
 
 

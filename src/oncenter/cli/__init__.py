@@ -26,7 +26,7 @@ EXIT_CODES = {
     0: "an answer was printed",
     LOG_CANNOT_BE_ANSWERED: "the log cannot be answered; or it was answered, and a file cannot be written",
     WRONG_USAGE: "wrong usage, vehicle file or database; or an output cannot be written",
-    STATUS_TO_FAIL_ON: "the offset has a status that --fail-on names",
+    STATUS_TO_FAIL_ON: "the offset, or the night of a fleet, has a result that --fail-on names",
     _INTERNAL_ERROR: "internal error; oncenter --debug COMMAND ... shows a traceback",
     INTERRUPTED: "interrupted",
 }

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from shutil import get_terminal_size
+from typing import Annotated, Literal
 
 import typer
 
 from oncenter.cli.options import Json
 from oncenter.errors import INTERRUPTED, WRONG_USAGE, OncenterError
 
-if TYPE_CHECKING:
-    from oncenter.fleet import Summary
-
-_POISONOUS_SHOWN = 20
 _STDOUT = "-"
+_WIDTH = 100  # of a table, where there is no terminal
+_ROWS_SHOWN = 50
 
 fleet = typer.Typer(name="fleet")
 
@@ -58,12 +58,28 @@ def run(
     retry: Annotated[
         bool, typer.Option("--retry", help="Read again the logs at which a reader crashed or was stopped.")
     ] = False,
+    fail_on: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KIND,…",
+            help="Exit with code 3 for one of these: new-calibrate, new-fault, unread, new-unread, damaged.",
+        ),
+    ] = None,
+    metrics: Annotated[
+        Path | None, typer.Option(metavar="FILE.prom", help="Write the run's numbers for Prometheus as well.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Answer all new logs, rank the trucks, and write the tables and the page."""
+    from oncenter.cli.fail_on import fail_on_kinds, kinds_of
+    from oncenter.files.whole_file import check_place
     from oncenter.fleet import run as run_night  # first: it checks that the extra is installed
     from oncenter.fleet.engines import on_ray, processes
+    from oncenter.fleet.news import KINDS, counts_of
 
+    failing = kinds_of(fail_on, KINDS)
+    if metrics is not None:
+        check_place(metrics)
     if address is not None and engine != "ray":
         raise OncenterError("--address needs --engine ray", code="usage", exit_code=WRONG_USAGE)
     try:
@@ -82,7 +98,13 @@ def run(
             code="interrupted",
             exit_code=INTERRUPTED,
         ) from None
+    from oncenter.fleet.end_of_run import in_words
+    from oncenter.fleet.metrics import write_metrics
+
+    if metrics is not None:
+        write_metrics(metrics, summary)
     typer.echo((output / "metrics.json").read_text(encoding="utf-8").rstrip() if json else in_words(summary))
+    fail_on_kinds(Counter(counts_of(summary.new, summary.refused, summary.damaged)).elements(), failing)
 
 
 @fleet.command(epilog="Example: oncenter fleet trucks --output fleet --csv trucks.csv")
@@ -109,48 +131,34 @@ def trucks(
 def query(
     sql: Annotated[str, typer.Argument(metavar="SQL", help="One SELECT on the tables drives, trucks, changes.")],
     output: Tables,
+    csv: Annotated[
+        str | None, typer.Option("--csv", metavar="FILE", help="Write CSV for a spreadsheet instead; - is stdout.")
+    ] = None,
+    parquet: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a Parquet file instead, with types and all digits.")
+    ] = None,
     json: Json = False,
 ) -> None:
     """Run an SQL query (polars' dialect) on the fleet's tables."""
-    import polars as pl
-
+    from oncenter.fleet.listing import as_csv, as_lines, write_csv, write_parquet
     from oncenter.fleet.sql import notes_on
     from oncenter.fleet.sql import query as ask
 
+    if sum((csv is not None, parquet is not None, json)) > 1:
+        raise OncenterError("--csv, --parquet and --json exclude each other", code="usage", exit_code=WRONG_USAGE)
     result = ask(sql, output)
     for note in notes_on(sql):
         typer.echo(f"note: {note}", err=True)
     if json:
         typer.echo(f'{{"schema": "oncenter/query-1", "rows": {result.write_json()}}}')
-        return
-    with pl.Config(tbl_rows=50, tbl_cols=-1, tbl_hide_dataframe_shape=True, tbl_hide_column_data_types=True):
-        typer.echo(str(result))
-
-
-def in_words(summary: Summary) -> str:
-    """Counts of the run and of the fleet, and the first trucks of the ranking, on less than a screen."""
-    from oncenter.fleet.listing import as_text
-    from oncenter.verdict.states import OF_OFFSET
-
-    counts = [(summary.states.get(code, 0), state.word) for code, state in OF_OFFSET.items()]
-    states = ", ".join(f"{count} {word}" for count, word in counts if count)
-    unchanged = summary.logs_found - summary.logs_answered - summary.logs_refused
-    changes = "change" if summary.changes_of_offset == 1 else "changes"
-    lines = [
-        f"{summary.logs_found} logs: {summary.logs_answered} answered now, {summary.logs_refused} without an answer, "
-        f"{unchanged} unchanged; {summary.logs_per_second:.1f} logs/s, {summary.seconds:.0f} s",
-        f"{summary.trucks} trucks, {summary.drives} drives: {states or 'no truck'}; "
-        f"{summary.changes_of_offset} {changes} of an offset",
-    ]
-    if summary.refused:
-        codes = ", ".join(f"{count} {code}" for code, count in summary.refused.items())
-        lines.append(f"logs without an answer: {codes}")
-    shown = summary.poisonous[:_POISONOUS_SHOWN]
-    lines += [f"skipped, a reader crashed or was stopped: {each['error']}" for each in shown]
-    if len(summary.poisonous) > len(shown):
-        lines.append(f"also skipped: {len(summary.poisonous) - len(shown)} more, see drives.parquet")
-    first = [row for row in summary.worst if row["state"] not in ("within", "no_offset") or row["watch"]]
-    if first:
-        lines += ["", as_text(first)]
-    page, tables = Path(summary.output) / "index.html", f"oncenter fleet trucks --output {summary.output}"
-    return "\n".join([*lines, "", f"wrote {page}; all trucks: {tables}"])
+    elif parquet is not None:
+        write_parquet(parquet, result)
+    elif csv == _STDOUT:
+        typer.echo(as_csv(result.to_dicts(), "\n", result.columns), nl=False)
+    elif csv is not None:
+        write_csv(Path(csv), result.to_dicts(), result.columns)
+    else:
+        width = get_terminal_size((_WIDTH, 24)).columns
+        typer.echo("\n".join(as_lines(result.head(_ROWS_SHOWN).to_dicts(), result.columns, width)))
+        if result.height > _ROWS_SHOWN:
+            typer.echo(f"{result.height - _ROWS_SHOWN} more rows: --csv, --parquet or --json gives all", err=True)

@@ -84,11 +84,11 @@ def offset(
     """
     import oncenter as oc
     from oncenter.cli.each import answer_each
-    from oncenter.cli.fail_on import fail_on_status, statuses_of
+    from oncenter.cli.fail_on import fail_on_kinds, kinds_of
     from oncenter.cli.logs import read_log
     from oncenter.cli.places import logs_at
 
-    failing, take = statuses_of(fail_on), sources_of(source)
+    failing, take = kinds_of(fail_on), sources_of(source)
     if each:
         _refuse_of_one_answer(report, memory)
     places = logs_at(logs)
@@ -100,7 +100,7 @@ def offset(
         def one(log: Path) -> oc.Answer:
             return oc.offset(read_log(log, truck, databases, take), truck, method=method, params=params)
 
-        fail_on_status(answer_each(places, one, schema if json else None), failing)
+        fail_on_kinds(answer_each(places, one, schema if json else None), failing)
         return
     answer, after = _of_all(places, truck, dbc or (), take, method, params, memory)
     typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
@@ -110,7 +110,7 @@ def offset(
         write_memory(memory, after)
     if report is not None:
         oc.report(answer, report)
-    fail_on_status([answer.offset.status], failing)
+    fail_on_kinds([answer.offset.status], failing)
 
 
 def _truck(

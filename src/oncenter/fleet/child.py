@@ -22,7 +22,8 @@ def _work(night: str, vehicles: str, reports: str | None) -> Work:
 
 def _answer(request: Mapping[str, Any], send: Send) -> None:
     work = _work(request["night"], request["vehicles"], request["reports"])
-    send({"row": work(LogFile(**request["log"])), "last": True})
+    log = request["log"]
+    send({"row": work(LogFile(**log | {"known": tuple(map(tuple, log["known"]))})), "last": True})
 
 
 if __name__ == "__main__":

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import Any
 
 from oncenter import _core
@@ -17,9 +15,9 @@ from oncenter.estimates.estimate import Estimate
 from oncenter.files.file_name import printable, printable_name
 from oncenter.files.own_file import NOT_A_LOG
 from oncenter.fleet.files import LogFile, at_hand
-from oncenter.fleet.start import valid_start
+from oncenter.fleet.start import starts_outside, valid_start
 from oncenter.fleet.summaries import columns_of
-from oncenter.fleet.trucks import Truck, Trucks
+from oncenter.fleet.trucks import UNKNOWN_TRUCK, Truck, Trucks
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.plausibility.grid_signals import USEFUL
@@ -33,10 +31,6 @@ from oncenter.utc import EPOCH_S
 from oncenter.vehicle import Vehicle
 from oncenter.verdict import verdicts_of
 from oncenter.verdict.offset import has_evidence
-
-_DATE = re.compile(
-    r"(?<!\d)((?:19|20)\d\d)-?([01]\d)-?([0-3]\d)[T_ -]?([0-2]\d)[-:.h]?([0-5]\d)(?:[-:.m]?([0-5]\d))?(?!\d)"
-)
 
 
 @dataclass(frozen=True)
@@ -58,13 +52,15 @@ class Work:
         try:
             with at_hand(log) as (path, key):
                 row["key"] = key
-                truck = truck or self._by_vin(path)
+                truck = truck or self._by_vin(path) or self._by_copy(log, key)
                 row |= {"truck": truck.name, "vehicle_file": truck.vehicle_file} if truck else {}
+                if truck is not None and (key, truck.name, True) in log.known:
+                    return copy_of(key, truck.name)
                 vehicle = self._vehicle(log, truck)
                 refuse_unreadable(path)
                 # in this process, which is a watched child already: a second child would have the same limits
                 signals = read_here(path, vehicle.signal_names, vehicle.databases(), {}, lambda fraction: None)
-                row |= when(log, signals)
+                row |= {"span_s": _span_s(signals)} | when(log, signals)
                 row |= _largest_loss(signals)
                 row["fingerprint"] = fingerprint_of(signals)
                 answer = offset(signals, vehicle)
@@ -85,13 +81,23 @@ class Work:
         vin = identity_of(path).vin
         return None if vin is None else self.trucks.by_vin(vin)
 
+    def _by_copy(self, log: LogFile, key: str) -> Truck | None:
+        """The truck of another file with this content: a log may be moved to where nothing names its truck."""
+        names = sorted(name for its_key, name, _ in log.known if its_key == key)
+        return self.trucks.by_path(names[0]) if names else None
+
     def _vehicle(self, log: LogFile, truck: Truck | None) -> Vehicle:
         if truck is None:
             raise OncenterError(
                 f"no vehicle file for {log.uri}: no part of its path and no VIN in it matches a file in --vehicles",
-                code="unknown_truck",
+                code=UNKNOWN_TRUCK,
             )
         return self.trucks.vehicle(truck.vehicle_file)
+
+
+def copy_of(key: str, truck: str) -> dict[str, Any]:
+    """In place of a row: the log has the content of another one, whose answer holds for it."""
+    return {"key": key, "truck": truck, "is_copy": True}
 
 
 def _report(answer: Answer, folder: Path, key: str) -> None:
@@ -179,20 +185,11 @@ def when(log: LogFile, signals: Signals) -> dict[str, Any]:
 
 
 def _starts(log: LogFile, signals: Signals) -> Iterator[tuple[str, float | None]]:
-    first, last = float(signals.columns["time_s"][0]), float(signals.columns["time_s"][-1])
+    first = float(signals.columns["time_s"][0])
     yield "log", first if first > EPOCH_S else None
     yield "metadata", signals.start_s
-    for part in reversed(PurePosixPath(log.uri.replace("\\", "/")).parts):
-        yield "name", _dated(part)
-    yield "modified", log.modified_s - (last - first)
+    yield from starts_outside(log.uri, log.modified_s, _span_s(signals))
 
 
-def _dated(name: str) -> float | None:
-    found = _DATE.search(name)
-    if found is None:
-        return None
-    try:
-        year, month, day, hour, minute, second = (int(part or 0) for part in found.groups())
-        return datetime(year, month, day, hour, minute, second, tzinfo=UTC).timestamp()
-    except ValueError:
-        return None
+def _span_s(signals: Signals) -> float:
+    return float(signals.columns["time_s"][-1]) - float(signals.columns["time_s"][0])

@@ -37,12 +37,14 @@ _KEY_BYTES = 16
 @dataclass(frozen=True)
 class LogFile:
     """One log. `uri` is a path (bytes that are no text are escaped by `os.fsdecode`), or `s3://bucket/key`, which is
-    opened with its `options` (`scheme=http&endpoint_override=…`)."""
+    opened with its `options` (`scheme=http&endpoint_override=…`). `known` are drives that it may be a copy of: key,
+    truck, and whether their answers hold."""
 
     uri: str
     options: str
     size: int
     modified_s: float
+    known: tuple[tuple[str, str, bool], ...] = ()
 
 
 def refuse_credentials(places: Sequence[str]) -> None:

@@ -1,5 +1,8 @@
 """Logs found and rows answered, on disk: the only data that must survive a power cut in the middle of a run.
 
+A drive is the content of its log and its truck, whatever its files are called: `drive` has a row for each, `seen` each
+file with the drive that is in it. A copy adds a file, a move replaces one, and neither is answered again.
+
 SQLite with a write-ahead log: a row is written completely or not at all. A query finds the missing rows, so memory does
 not grow with the number of logs. At the end of a run the Parquet tables are written from it.
 """
@@ -7,9 +10,10 @@ not grow with the number of logs. At the end of a run the Parquet tables are wri
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
-from collections.abc import Iterable, Iterator
-from contextlib import closing
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,41 +21,21 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.child import READER_DEATHS
 from oncenter.files.file_name import printable_name
 from oncenter.fleet.files import NOT_A_FILE, UNREADABLE_FOLDER, LogFile
-from oncenter.fleet.start import valid_start
-from oncenter.fleet.trucks import Trucks
+from oncenter.fleet.ledger_file import is_damage, opened, set_apart_damaged_rows, store
+from oncenter.fleet.start import own_outside, starts_outside, with_earliest
+from oncenter.fleet.trucks import UNKNOWN_TRUCK, Trucks
 
 LEDGER = "ledger.sqlite"  # in an output folder
 
 _UNREAD = "unread "  # begins the key of a log that was not read
 _NAME = ("utf-8", "surrogatepass")  # keeps every name that Python can hold
-# An early version wrote NaN, which SQLite does not accept as JSON.
-_ERROR_CODE = "CASE WHEN json_valid(row) THEN json_extract(row, '$.error_code') END"
 _AGAIN = ("output", "stopped", "missing_extra")  # errors that may be gone in the next run
-# `uri` is the log's name after `printable_name`; `name` is its bytes, which need not be text.
-_TABLES = """
-CREATE TABLE IF NOT EXISTS drive (key TEXT PRIMARY KEY, log TEXT, truck TEXT, start REAL, settings TEXT,
-                                  vehicle_file TEXT, again INTEGER, row TEXT);
-CREATE INDEX IF NOT EXISTS in_time ON drive (truck, start, key);
-CREATE TABLE IF NOT EXISTS seen (uri TEXT PRIMARY KEY, size INTEGER, modified REAL, key TEXT);
-CREATE INDEX IF NOT EXISTS of_key ON seen (key);
-CREATE TABLE IF NOT EXISTS begun (uri TEXT PRIMARY KEY);
+_IN_STORE = "s3://"
+_KNOWN_MAX = 1000  # drives with which a log of the same size is compared
+_PLANS = """
 CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
 CREATE TEMP TABLE to_do (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
 """
-
-
-def is_ledger(path: Path) -> bool:
-    """Whether a run made it: it has the ledger's tables, or the run was killed before it had any."""
-    if not path.is_file():
-        return False
-    try:
-        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as file:
-            tables = {name for (name,) in file.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
-    except sqlite3.OperationalError:  # not readable, or held by another run: opening it reports that
-        return True
-    except sqlite3.DatabaseError:
-        return False
-    return not tables or {"drive", "seen"} <= tables
 
 
 def _refusal(path: Path, error: sqlite3.Error) -> OncenterError:
@@ -69,43 +53,48 @@ def _may_go_well(row: dict[str, Any]) -> bool:
     return code in _AGAIN or (code == "unreadable_log" and not row["key"])
 
 
-def _with_valid_start(row: dict[str, Any]) -> dict[str, Any]:
-    """Earlier versions wrote any start, valid or not."""
-    return row if valid_start(row.get("start")) is not None else row | {"start": None, "start_source": None}
-
-
 class Ledger:
     """The record of one output folder, for one run at a time.
 
+    Attributes:
+        damaged: names of the rows that were damaged and set apart when it was opened.
+
     Raises:
-        OncenterError: "output", exit code 2: it cannot be opened, or another run has it.
+        OncenterError: "output", exit code 2: it cannot be opened, another run has it, or a later version wrote it.
+        sqlite3.DatabaseError: it is damaged, see `ledger_file.is_damage`.
     """
 
     def __init__(self, path: Path) -> None:
         try:
-            self._file = sqlite3.connect(path, timeout=1.0, isolation_level=None)
+            self._file = opened(path)
         except sqlite3.Error as error:
+            if is_damage(error):
+                raise
             raise _refusal(path, error) from None
         try:
-            self._file.execute("PRAGMA locking_mode = EXCLUSIVE")  # no other run comes between two rows
-            self._file.execute("PRAGMA journal_mode = WAL")
-            self._file.execute("PRAGMA synchronous = NORMAL")
-            self._file.execute("PRAGMA temp_store = FILE")
-            self._file.executescript(_TABLES)
+            self._listed: tuple[str, ...] = ()
+            self._file.executescript(_PLANS)
             self._file.execute("BEGIN IMMEDIATE")
-        except sqlite3.Error as error:
+            self.damaged = set_apart_damaged_rows(self._file)
+        except BaseException:
             self._file.close()
-            raise _refusal(path, error) from None
+            raise
 
-    def plan(self, logs: Iterable[LogFile], trucks: Trucks, retry: bool = False) -> tuple[int, int]:
-        """Stores all logs; returns how many there are, and how many must be answered.
+    def plan(
+        self, logs: Iterable[LogFile], trucks: Trucks, retry: bool = False, buckets: Sequence[str] = ()
+    ) -> tuple[int, int]:
+        """Stores all logs; returns how many there are, and how many must be looked at.
 
-        A log need not be answered again if name, size and time of last writing are unchanged and this version answered
-        it with the same vehicle file. With `retry`, logs at which a reader crashed or was stopped are answered again.
+        A log is left alone if name, size and time of last writing are unchanged and this version answered it with the
+        same vehicle file. With `retry`, logs at which a reader crashed or was stopped are answered again.
+
+        Args:
+            buckets: places in an object store that were searched for logs.
         """
+        self._listed = tuple(f"{place.partition('?')[0].rstrip('/')}/" for place in buckets)
         if retry:
             deaths = ", ".join(f"'{code}'" for code in READER_DEATHS)
-            self._file.execute(f"UPDATE drive SET again = 1 WHERE {_ERROR_CODE} IN ({deaths})")
+            self._file.execute(f"UPDATE drive SET again = 1 WHERE error_code IN ({deaths})")
         self._file.executemany(
             "INSERT OR IGNORE INTO planned VALUES (?, ?, ?, ?, ?)",
             ((printable_name(log.uri), log.uri.encode(*_NAME), log.options, log.size, log.modified_s) for log in logs),
@@ -114,7 +103,7 @@ class Ledger:
         self._forget_outdated(trucks)
         self._file.execute(
             "INSERT INTO to_do SELECT p.* FROM planned p WHERE NOT EXISTS (SELECT 1 FROM seen s JOIN drive d"
-            " ON d.key = s.key WHERE s.uri = p.uri AND s.size = p.size AND s.modified = p.modified AND NOT d.again)"
+            " USING (key, truck) WHERE s.uri = p.uri AND s.size = p.size AND s.modified = p.modified AND NOT d.again)"
         )
         count = "SELECT (SELECT count(*) FROM planned), (SELECT count(*) FROM to_do)"
         all_logs, to_do = self._file.execute(count).fetchone()
@@ -132,7 +121,7 @@ class Ledger:
     def _forget_what_is_no_log(self) -> None:
         """Rows of entries that were no log files, and that are gone or are folders that can be listed now."""
         self._file.execute(
-            f"DELETE FROM drive WHERE key BETWEEN ? AND ? AND {_ERROR_CODE} IN (?, ?)"
+            "DELETE FROM drive WHERE key BETWEEN ? AND ? AND error_code IN (?, ?)"
             " AND substr(key, ?) NOT IN (SELECT uri FROM planned)",
             (_UNREAD, f"{_UNREAD}\U0010ffff", NOT_A_FILE, UNREADABLE_FOLDER, len(_UNREAD) + 1),
         )
@@ -150,43 +139,112 @@ class Ledger:
                 "SELECT uri, name, options, size, modified FROM to_do WHERE uri > ? ORDER BY uri LIMIT 500", (after,)
             ).fetchall():
                 after = rows[-1][0]
-                for uri, name, *rest in rows:
+                for uri, name, options, size, modified in rows:
                     if (uri in before) is last:
                         self._file.execute("INSERT OR IGNORE INTO begun VALUES (?)", (uri,))
                         self.commit()
-                        yield LogFile(name.decode(*_NAME), *rest)
+                        yield LogFile(name.decode(*_NAME), options, size, modified, self._known(size, modified))
+
+    def _known(self, size: int, modified_s: float) -> tuple[tuple[str, str, bool], ...]:
+        """Drives of files of this size, any of which the log may be a copy of: key, truck, and whether the answer
+        holds. An error names its file, so its log is answered again."""
+        rows = self._file.execute(
+            "SELECT DISTINCT key, truck, NOT again AND error_code IS NULL FROM seen s JOIN drive USING (key, truck)"
+            " WHERE s.size = ? AND truck != '' ORDER BY s.modified != ? LIMIT ?",
+            (size, modified_s, _KNOWN_MAX),
+        )
+        return tuple((key, truck, bool(holds)) for key, truck, holds in rows)
 
     def add(self, log: LogFile, row: dict[str, Any]) -> None:
-        """One answered log. Of several copies of one drive the first by name is kept, in whichever order they come."""
+        """One answered log. Whichever of several files with one content comes first, the row is the same: its start is
+        the earliest that any of them gives.
+
+        Args:
+            row: of `tables.DRIVES`, or that of a copy, see `drive.copy_of`.
+        """
         uri = printable_name(log.uri)
-        key = row["key"] or f"{_UNREAD}{uri}"
-        kept = self._file.execute("SELECT log, settings, again FROM drive WHERE key = ?", (key,)).fetchone()
-        if kept is None or kept[2] or kept[1] != row["settings"] or row["log"] < kept[0]:
-            self._file.execute(
-                "INSERT OR REPLACE INTO drive VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                (
-                    key,
-                    row["log"],
-                    row["truck"],
-                    row.get("start"),
-                    row["settings"],
-                    row.get("vehicle_file"),
-                    _may_go_well(row),
-                    json.dumps(row),
-                ),
-            )
-        self._see(uri, log, key)
+        key, truck = row["key"] or f"{_UNREAD}{uri}", str(row["truck"])
+        if row.get("error_code") == UNKNOWN_TRUCK:
+            truck = self._owner(key) or truck
+        elif truck:
+            self._give_to(truck, key)
+        self._see(uri, log, key, truck)
+        kept, again = self._kept(key, truck)
+        if kept is None:
+            if not row.get("is_copy"):  # else its original was damaged meanwhile: the next night answers it
+                self._store(key, row, again=_may_go_well(row))
+        elif row.get("is_copy") or truck != row["truck"]:
+            outside = starts_outside(log.uri, log.modified_s, kept.get("span_s"))
+            self._store(key, with_earliest(kept, outside), again=again)
+        else:
+            self._store(key, self._joined(kept, again, row), again=_may_go_well(row))
         self._file.execute("DELETE FROM begun WHERE uri = ?", (uri,))
         self.commit()
 
-    def _see(self, uri: str, log: LogFile, key: str) -> None:
-        """Records the file; deletes the row of an earlier content of it, unless a copy has that content."""
-        before = self._file.execute("SELECT key FROM seen WHERE uri = ?", (uri,)).fetchone()
-        self._file.execute("INSERT OR REPLACE INTO seen VALUES (?, ?, ?, ?)", (uri, log.size, log.modified_s, key))
-        if before is not None and before[0] != key:
-            self._file.execute(
-                "DELETE FROM drive WHERE key = ? AND NOT EXISTS (SELECT 1 FROM seen WHERE seen.key = drive.key)", before
-            )
+    def _owner(self, key: str) -> str | None:
+        """The truck of another file with this content, for one whose own is not named."""
+        (truck,) = self._file.execute("SELECT min(truck) FROM drive WHERE key = ? AND truck != ''", (key,)).fetchone()
+        return None if truck is None else str(truck)
+
+    def _give_to(self, truck: str, key: str) -> None:
+        self._file.execute("UPDATE seen SET truck = ? WHERE key = ? AND truck = ''", (truck, key))
+        self._file.execute("DELETE FROM drive WHERE key = ? AND truck = ''", (key,))
+
+    def _see(self, uri: str, log: LogFile, key: str, truck: str) -> None:
+        """Records the file, and the drives that were in it or in files that have been moved here."""
+        before = self._file.execute("SELECT key, truck FROM seen WHERE uri = ?", (uri,)).fetchall()
+        self._file.execute(
+            "INSERT OR REPLACE INTO seen VALUES (?, ?, ?, ?, ?, ?)",
+            (uri, log.uri.encode(*_NAME), log.size, log.modified_s, key, truck),
+        )
+        others = self._file.execute("SELECT uri, name, truck FROM seen WHERE key = ? AND uri != ?", (key, uri))
+        for other, name, its_truck in others.fetchall():
+            if self._is_gone(other, name):
+                self._file.execute("DELETE FROM seen WHERE uri = ?", (other,))
+                before.append((key, its_truck))
+        self._file.executemany("INSERT OR IGNORE INTO left_behind VALUES (?, ?)", before)
+
+    def forget_left_behind(self) -> None:
+        """Deletes drives whose files were moved to another truck or have another content now. Only after all logs are
+        answered: a file found later may have the same drive."""
+        self._file.execute(
+            "DELETE FROM drive WHERE EXISTS (SELECT 1 FROM left_behind l WHERE l.key = drive.key AND l.truck ="
+            " drive.truck) AND NOT EXISTS (SELECT 1 FROM seen s WHERE s.key = drive.key AND s.truck = drive.truck)"
+        )
+        self._file.execute("DELETE FROM left_behind")
+        self.commit()
+
+    def _is_gone(self, uri: str, name: bytes) -> bool:
+        """Whether a file that held a drive is not there any more. Early versions stored relative paths."""
+        if self._file.execute("SELECT 1 FROM planned WHERE uri = ?", (uri,)).fetchone() is not None:
+            return False
+        if uri.startswith(_IN_STORE):
+            return uri.startswith(self._listed)
+        with suppress(OSError, ValueError, TypeError, AttributeError):  # the last two: of a damaged row
+            path = name.decode(*_NAME)
+            return not os.path.isabs(path) or not _is_there(path)
+        return False
+
+    def _kept(self, key: str, truck: str) -> tuple[dict[str, Any] | None, bool]:
+        """The row of a drive, and whether it waits for a new answer."""
+        found = self._file.execute("SELECT row, again FROM drive WHERE key = ? AND truck = ?", (key, truck)).fetchone()
+        return (None, False) if found is None else (json.loads(found[0]), bool(found[1]))
+
+    def _joined(self, kept: dict[str, Any], again: bool, row: dict[str, Any]) -> dict[str, Any]:
+        """Of two answers on one drive: the new one if the other is outdated or its file is gone, else the one without
+        an error, of equal ones that of the first file by name."""
+        is_there = self._file.execute("SELECT 1 FROM seen WHERE uri = ?", (kept["log"],)).fetchone() is not None
+        if again or not is_there:
+            return with_earliest(row, own_outside(kept))
+        first, second = sorted((kept, row), key=lambda each: (each.get("error_code") is not None, each["log"]))
+        return with_earliest(first, own_outside(second))
+
+    def _store(self, key: str, row: dict[str, Any], *, again: bool) -> None:
+        """`log` of the table is the first by name of the drive's files; that in `row` is the one that was answered."""
+        (first,) = self._file.execute(
+            "SELECT min(uri) FROM seen WHERE key = ? AND truck = ?", (key, row["truck"])
+        ).fetchone()
+        store(self._file, key, row, log=first or row["log"], again=again)
 
     def commit(self) -> None:
         self._file.execute("COMMIT")
@@ -200,11 +258,41 @@ class Ledger:
         """Each truck's rows in order of time, one truck in memory at a time; first the rows without a truck."""
         trucks = [name for (name,) in self._file.execute("SELECT DISTINCT truck FROM drive ORDER BY truck")]
         for truck in trucks:
-            rows = self._file.execute("SELECT row FROM drive WHERE truck = ? ORDER BY start, key", (truck,))
-            yield truck, [_with_valid_start(json.loads(row)) for (row,) in rows]
+            rows = self._file.execute("SELECT row, log FROM drive WHERE truck = ? ORDER BY start, key", (truck,))
+            yield truck, [json.loads(row) | {"log": log} for row, log in rows]
+
+    def of_two_trucks(self) -> list[dict[str, Any]]:
+        """Drives that count for several trucks: a log of one lies among those of another."""
+        rows = self._file.execute(
+            "SELECT min(log), json_group_array(truck) FROM (SELECT key, truck, log FROM drive WHERE truck != ''"
+            " AND error_code IS NULL ORDER BY key, truck) GROUP BY key HAVING count(*) > 1 ORDER BY 1"
+        )
+        return [{"log": log, "trucks": json.loads(trucks)} for log, trucks in rows]
+
+    def last_night(self, kind: str) -> dict[str, str]:
+        """The results that the last night ended with, by name."""
+        rows = self._file.execute("SELECT name, said FROM last_night WHERE kind = ?", (kind,))
+        return {str(name): str(said) for name, said in rows}
+
+    def say(self, of_kinds: Mapping[str, Mapping[str, str]]) -> None:
+        """Keeps the results of this night for the next one."""
+        self._file.execute("DELETE FROM last_night")
+        for kind, said in of_kinds.items():
+            self._file.executemany("INSERT INTO last_night VALUES (?, ?, ?)", ((kind, *each) for each in said.items()))
+        self.commit()
 
     def close(self) -> None:
         """Keeps the rows added. If a full disk has ended the transaction, nothing is committed: its error stands."""
-        if self._file.in_transaction:
-            self._file.execute("COMMIT")
-        self._file.close()
+        try:
+            if self._file.in_transaction:
+                self._file.execute("COMMIT")
+        finally:
+            self._file.close()
+
+
+def _is_there(path: str) -> bool:
+    try:
+        os.lstat(path)
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    return True

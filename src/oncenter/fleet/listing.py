@@ -9,8 +9,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from oncenter.files.whole_file import write_whole
+import polars as pl
+
+from oncenter.files.file_name import printable
+from oncenter.files.own_file import metadata
+from oncenter.files.whole_file import whole_file, write_whole
 from oncenter.fleet.sql import query
+from oncenter.fleet.tables import TRUCKS
 from oncenter.utc import utc
 from oncenter.verdict.numbers import between
 from oncenter.verdict.states import STATES
@@ -68,23 +73,58 @@ def _line(row: dict[str, Any]) -> str:
     return f"{row['rank']:5}  {truck:24}{STATES[row['state']].word:18}{offset:>25}  {since:12}{q:>8}"
 
 
-def as_csv(rows: Sequence[dict[str, Any]], line_end: str = "\r\n") -> str:
-    """All columns of `tables.TRUCKS` by RFC 4180: comma, CRLF, decimal point; times as `2026-03-02 07:00:00`, UTC."""
+def as_csv(rows: Sequence[dict[str, Any]], line_end: str = "\r\n", columns: Sequence[str] = tuple(TRUCKS)) -> str:
+    """All columns by RFC 4180: comma, CRLF, decimal point; times as `2026-03-02 07:00:00`, UTC.
+
+    Args:
+        columns: their names, where there are no rows.
+    """
     text = io.StringIO()
     writer = csv.writer(text, lineterminator=line_end)
-    if rows:
-        writer.writerow(rows[0])
+    writer.writerow(rows[0] if rows else columns)
     writer.writerows([_cell(value) for value in row.values()] for row in rows)
     return text.getvalue()
 
 
-def write_csv(path: Path, rows: Sequence[dict[str, Any]]) -> None:
+def write_csv(path: Path, rows: Sequence[dict[str, Any]], columns: Sequence[str] = tuple(TRUCKS)) -> None:
     """Writes the rows as `as_csv` gives them, in UTF-8 with a byte order mark.
 
     Raises:
         OncenterError: "output", exit code 2: it cannot be written.
     """
-    write_whole(path, _BYTE_ORDER_MARK + as_csv(rows))
+    write_whole(path, _BYTE_ORDER_MARK + as_csv(rows, columns=columns))
+
+
+def write_parquet(path: Path, table: pl.DataFrame) -> None:
+    """Writes the result of a query.
+
+    Raises:
+        OncenterError: "output", exit code 2: it cannot be written.
+    """
+    with whole_file(path) as unfinished:
+        table.write_parquet(unfinished, metadata=metadata("fleet"))
+
+
+def as_lines(rows: Sequence[Mapping[str, Any]], columns: Sequence[str], width: int) -> list[str]:
+    """A table where all of it fits into the width; else each row as a record, a column a line. Nothing is cut."""
+    cells = [[printable(_shown(value)) for value in row.values()] for row in rows]
+    names = [printable(name) for name in columns]
+    widths = [max(map(len, column)) for column in zip(names, *cells, strict=True)]
+    if sum(widths) + 2 * len(widths) - 2 <= width:
+        is_number = [all(isinstance(row[name], int | float | None) for row in rows) for name in columns]
+        lines = [names, *cells]
+        return ["  ".join(map(_aligned, line, widths, is_number)).rstrip() for line in lines]
+    longest = max(map(len, names))
+    lines_of = [[f"{name:{longest}}  {cell}".rstrip() for name, cell in zip(names, row, strict=True)] for row in cells]
+    return [line for number, record in enumerate(lines_of, 1) for line in (f"-- row {number}", *record)]
+
+
+def _aligned(cell: str, width: int, is_number: bool) -> str:
+    return f"{cell:>{width}}" if is_number else f"{cell:{width}}"
+
+
+def _shown(value: Any) -> str:
+    return "-" if value is None else str(_cell(value))
 
 
 def _cell(value: Any) -> Any:

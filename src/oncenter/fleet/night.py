@@ -22,12 +22,16 @@ from oncenter.files.child import READER_DEATHS, end_idle
 from oncenter.files.whole_file import remove_unfinished, write_whole
 from oncenter.fleet.engines import Engine, processes
 from oncenter.fleet.files import find_logs, refuse_credentials
-from oncenter.fleet.ledger import LEDGER, Ledger, is_ledger
+from oncenter.fleet.ledger import LEDGER, Ledger
+from oncenter.fleet.ledger_file import is_damage, is_ledger
+from oncenter.fleet.ledger_file import set_apart as set_apart_file
+from oncenter.fleet.news import News, keep_for_next_night, news_of
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.trucks import Trucks
 from oncenter.fleet.watched import ANSWERER, Watched
 
 _DRIVES_AT_ONCE = 150_000  # of trucks whose models are computed together: about 200 MB
+_UNREAD_MAX = 1000  # named in metrics.json
 _PAGE, _METRICS = "index.html", "metrics.json"
 _WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks", "changes")))
 
@@ -36,11 +40,14 @@ _WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks"
 class Summary:
     """Counts of a run, and of the tables after it; `metrics.json` holds the same.
 
-    `limit_deg` is the limit given to the run, None where each truck has the limit of its vehicle file. `seconds` is the
-    duration of the run, `logs_per_second` the rate while logs were answered, `peak_memory_mb` that of the largest
-    process. `refused` counts logs without an answer by error code. `poisonous` are the logs at which a reader crashed
-    or was stopped, in this run or earlier, with their errors. `verdicts` and `states` count trucks, see
-    `tables.TRUCKS`. `worst` are the first ten trucks' rows of that table.
+    `limit_deg` is the limit given to the run, None where each truck has the limit of its vehicle file. `logs_copied`
+    counts logs that were copied, moved or renamed, whose answers stand. `seconds` is the duration of the run,
+    `logs_per_second` the rate while logs were answered, `peak_memory_mb` that of the largest process. `copies` of the
+    `drives` are copies or parts of another one and do not count for their trucks. `refused` counts logs without an
+    answer by error code, `unread` names the first 1,000 of them, and `poisonous` those at which a reader crashed or was
+    stopped, in this run or earlier. `new` is what differs from the last night. `damaged` names what of the ledger was
+    damaged and set apart, and `in_two_trucks` logs that count for several trucks. `verdicts` and `states` count trucks,
+    see `tables.TRUCKS`. `worst` are the first ten trucks' rows of that table.
     """
 
     version: str
@@ -49,12 +56,18 @@ class Summary:
     logs_found: int
     logs_answered: int
     logs_refused: int
+    logs_copied: int
     seconds: float
     logs_per_second: float
     peak_memory_mb: float | None
     drives: int
+    copies: int
     refused: dict[str, int]
+    unread: tuple[dict[str, Any], ...]
     poisonous: tuple[dict[str, str], ...]
+    new: News
+    damaged: tuple[str, ...]
+    in_two_trucks: tuple[dict[str, Any], ...]
     trucks: int
     changes_of_offset: int
     verdicts: dict[str, int]
@@ -94,37 +107,66 @@ def run(
         raise OncenterError(f"'limit_deg' must be positive, got {limit_deg:g}", code="limit", exit_code=WRONG_USAGE)
     refuse_credentials(logs)
     begin = time.monotonic()
+    places = list(map(absolute, logs))
     trucks = Trucks(Path(vehicles))
     _check_is_ours_or_empty(Path(output))
     folder = _made(Path(output))
     work = Watched(trucks, _made(folder / "reports") if reports else None)
-    try:
+
+    def one_night(set_apart: tuple[str, ...]) -> Summary:
         with closing(Ledger(folder / LEDGER)) as ledger:
             for part in (folder, *filter(Path.is_dir, folder.iterdir())):  # the lock is ours: no other run writes here
                 remove_unfinished(part)
-            found, to_do = ledger.plan(find_logs(logs), trucks, retry)
+            buckets = [place for place in places if place.startswith("s3://")]
+            found, to_do = ledger.plan(find_logs(places), trucks, retry, buckets)
             progress = Progress(to_do)
             rate = _answer_all(ledger, work, engine, progress)
             try:
-                facts = _write_tables(folder, ledger, trucks, limit_deg)
+                tables = _write_tables(folder, ledger, trucks, limit_deg)
             except OncenterError as error:
                 raise _stopped(str(error)) from None
+            summary = Summary(
+                version=_core.version(),
+                output=str(folder),
+                limit_deg=limit_deg,
+                logs_found=found,
+                logs_answered=progress.done - progress.errors - progress.copies,
+                logs_refused=progress.errors,
+                logs_copied=progress.copies,
+                seconds=time.monotonic() - begin,
+                logs_per_second=rate,
+                peak_memory_mb=_peak_memory_mb(),
+                unread=tuple(tables.unread[:_UNREAD_MAX]),
+                new=news_of(ledger, tables.ranked, tables.unread),
+                damaged=(*set_apart, *ledger.damaged),
+                in_two_trucks=tuple(ledger.of_two_trucks()),
+                **tables.counts,
+            )
+            write_whole(folder / _METRICS, json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
+            keep_for_next_night(ledger, tables.ranked, tables.unread)
+        return summary
+
+    try:
+        try:
+            return one_night(())
+        except sqlite3.DatabaseError as error:
+            if not is_damage(error):
+                raise
+        aside, rows = set_apart_file(folder / LEDGER)
+        return one_night((f"{LEDGER}, which is {aside.name} now: {rows} rows were kept",))
     except (sqlite3.Error, OSError) as error:  # usually a full disk
         raise _stopped(f"cannot write {folder}: {error}") from None
-    summary = Summary(
-        version=_core.version(),
-        output=str(folder),
-        limit_deg=limit_deg,
-        logs_found=found,
-        logs_answered=progress.done - progress.errors,
-        logs_refused=progress.errors,
-        seconds=time.monotonic() - begin,
-        logs_per_second=rate,
-        peak_memory_mb=_peak_memory_mb(),
-        **facts,
-    )
-    write_whole(folder / _METRICS, json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
-    return summary
+
+
+def absolute(place: str) -> str:
+    """The same place from any folder, so that a log has one name; links stay, except before a `..`."""
+    if place.startswith("s3://"):
+        return place
+    try:
+        path = Path.cwd() / place
+        return os.fspath(path.resolve() if ".." in path.parts else path)
+    except (OSError, ValueError, RuntimeError):  # searching for logs gives the reason
+        return place
 
 
 def _answer_all(ledger: Ledger, work: Watched, engine: Engine, progress: Progress) -> float:
@@ -132,12 +174,12 @@ def _answer_all(ledger: Ledger, work: Watched, engine: Engine, progress: Progres
     try:
         for log, row in engine(work, ledger.to_do()):
             ledger.add(log, row)
-            progress.one_more(row.get("error_code") is not None)
+            progress.one_more(row)
         rate = progress.rate
     finally:  # also of an interrupted run: its message begins a new line
         progress.end()
     end_idle(ANSWERER)
-    ledger.commit()
+    ledger.forget_left_behind()
     return rate
 
 
@@ -174,20 +216,29 @@ def _made(folder: Path) -> Path:
     return folder
 
 
-def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: float | None) -> dict[str, Any]:
-    """All tables and the page from the ledger, truck by truck; returns their part of the summary."""
+@dataclass(frozen=True)
+class _Tables:
+    """Of the tables of a run: their part of the summary, the trucks by rank, and the logs without an answer."""
+
+    counts: dict[str, Any]
+    ranked: list[dict[str, Any]]
+    unread: list[dict[str, Any]]
+
+
+def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: float | None) -> _Tables:
+    """All tables and the page from the ledger, truck by truck."""
     from oncenter.fleet.page import Contents, write_page
     from oncenter.fleet.page_data import PageData, drive_data
-    from oncenter.fleet.ranking import OfTruck, histories, rank, vehicle_file_of
+    from oncenter.fleet.ranking import OfTruck, histories, mark_copies, rank, vehicle_file_of
     from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
     from oncenter.verdict.states import OF_OFFSET
 
     data = PageData(ledger.count_trucks())
     trucks: list[dict[str, Any]] = []
     refused: dict[str, int] = {}
-    poisonous: list[dict[str, str]] = []
+    unread: list[dict[str, Any]] = []
     changes: list[dict[str, Any]] = []
-    count = 0
+    count = copies = 0
 
     def finish(some: Sequence[tuple[OfTruck, list[dict[str, Any]]]]) -> None:
         for of_truck, (_, of_page) in zip(histories([one for one, _ in some]), some, strict=True):
@@ -202,14 +253,15 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
         waiting: list[tuple[OfTruck, list[dict[str, Any]]]] = []
         held = 0
         for truck, rows in ledger.by_truck():
+            mark_copies(rows)
             for row in rows:
                 drives.add(row)
                 code = row.get("error_code")
                 if code is not None:
                     refused[code] = refused.get(code, 0) + 1
-                if code in READER_DEATHS:
-                    poisonous.append({"log": row["log"], "error": row["error"]})
+                    unread.append({name: row[name] for name in ("log", "truck", "error_code", "error")})
             count += len(rows)
+            copies += sum(row.get("copy_of") is not None for row in rows)
             if truck:
                 limit = limit_deg or vehicles.offset_limit_deg(vehicle_file_of(rows))
                 newest = rows[-data.drives_of_a_truck :]
@@ -227,16 +279,20 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
             table.add(row)
     write_page(folder / _PAGE, Contents(ranked, changes, count, refused, data))
     states = {str(state): sum(row["state"] == state for row in ranked) for state in OF_OFFSET}
-    return {
+    counts = {
         "drives": count,
+        "copies": copies,
         "refused": dict(sorted(refused.items())),
-        "poisonous": tuple(poisonous),
+        "poisonous": tuple(
+            {"log": row["log"], "error": row["error"]} for row in unread if row["error_code"] in READER_DEATHS
+        ),
         "trucks": len(ranked),
         "changes_of_offset": sum(change["quantity"] == "offset" for change in changes),
         "verdicts": states,
         "states": states,
         "worst": tuple(ranked[:10]),
     }
+    return _Tables(counts, ranked, unread)
 
 
 def _peak_memory_mb() -> float | None:

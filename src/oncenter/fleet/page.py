@@ -141,7 +141,7 @@ def _truck(picture: str, contents: Contents) -> str:
     names = "".join(f'<option value="{escape(str(row["truck"]), quote=True)}">' for row in contents.ranked)
     keys = (
         '<span><i class="swatch estimate"></i>one drive, 95 % interval; paler: still converging</span>'
-        '<span><i class="swatch measured"></i>mean between changes</span>'
+        '<span><i class="swatch measured"></i>offset by the model of the truck</span>'
         '<span><i class="swatch rejected"></i>change, dashed; a drive before a fault of its sensor</span>'
     )
     return f"""<section id="truck">

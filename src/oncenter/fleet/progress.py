@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Mapping
+from typing import Any
 
 _EVERY_S = 0.5
 _EVERY_S_IN_A_FILE = 60.0
@@ -17,7 +19,7 @@ class Progress:
         self._begin = self._shown = time.monotonic()
         self._terminal = sys.stderr.isatty()
         self._width = 0
-        self.done = self.errors = 0
+        self.done = self.errors = self.copies = 0
 
     @property
     def seconds(self) -> float:
@@ -28,9 +30,14 @@ class Progress:
         """Logs per second so far."""
         return self.done / max(self.seconds, 1e-9)
 
-    def one_more(self, failed: bool) -> None:
+    def one_more(self, row: Mapping[str, Any]) -> None:
+        """
+        Args:
+            row: of `tables.DRIVES`, or `drive.copy_of`.
+        """
         self.done += 1
-        self.errors += failed
+        self.errors += row.get("error_code") is not None
+        self.copies += row.get("is_copy", False)
         every = _EVERY_S if self._terminal else _EVERY_S_IN_A_FILE
         if time.monotonic() - self._shown >= every:
             self._shown = time.monotonic()

@@ -76,16 +76,17 @@ class OfTruck:
 
     Args:
         name: of the truck.
-        rows: of its drives, in order of time.
+        rows: of its drives, in order of time, after `mark_copies`.
         limit_deg: the largest offset, either sign, that needs no calibration.
     """
 
     def __init__(self, name: str, rows: Rows, limit_deg: float) -> None:
+        rows = [row for row in rows if row.get("copy_of") is None]
         self._name, self._limit_deg = name, limit_deg
         self._counts = _counts(name, rows)
         self._at_fault, self._is_relative = _newest_fault(rows), _newest_has(rows, _RELATIVE)
         self._readings = {q.name: readings_of(rows, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
-        usable = [(row, summary) for row in _once(rows) if (summary := summary_of_row(row)) is not None]
+        usable = [(row, summary) for row in rows if (summary := summary_of_row(row)) is not None]
         self.summaries = [summary for _, summary in usable]
         self.priors = priors_of(priors_of_row(usable[-1][0]) if usable else None)
         self._starts = np.array([row["start"] for row, _ in usable])
@@ -170,12 +171,12 @@ def vehicle_file_of(rows: Rows) -> str | None:
     return next((row["vehicle_file"] for row in reversed(rows) if row.get("vehicle_file")), None)
 
 
-def _once(rows: Rows) -> Rows:
-    """Without copies and parts of other drives, which would count twice; rows of former versions have no
-    fingerprint."""
+def mark_copies(rows: Rows) -> None:
+    """Sets `copy_of` in rows of one truck that are copies or parts of other drives, which would count twice; rows of
+    former versions have no fingerprint."""
     known = [k for k, row in enumerate(rows) if row.get("fingerprint")]
-    left_out = {known[k] for k in copies([_print_of(rows[k]) for k in known])}
-    return [row for k, row in enumerate(rows) if k not in left_out]
+    for copy, whole in copies([_print_of(rows[k]) for k in known]).items():
+        rows[known[copy]]["copy_of"] = rows[known[whole]]["key"]
 
 
 def _print_of(row: dict[str, Any]) -> Print:

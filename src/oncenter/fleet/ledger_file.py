@@ -1,0 +1,242 @@
+"""The file of a ledger: its tables and their version, the migration from an earlier one, and damage.
+
+A row has a checksum. A row that does not match it is set apart, and its log is answered again. If SQLite cannot read
+the file, the file is set apart, and a new one gets the rows that can be read.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sqlite3
+import zlib
+from collections.abc import Iterator
+from contextlib import closing, suppress
+from pathlib import Path
+from typing import Any
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.file_name import printable
+from oncenter.fleet.start import valid_start
+
+_VERSION = 2  # 1: a row for each content of a log, whichever trucks it is of
+_COLUMNS = "key, truck, log, start, settings, vehicle_file, error_code, row"  # that the checksum is of
+_DRIVE = "key TEXT, truck TEXT, log TEXT, start REAL, settings TEXT, vehicle_file TEXT, error_code TEXT, row TEXT"
+# `uri` is the log's name after `printable_name`; `name` is its bytes, which need not be text.
+_TABLES = (
+    f"CREATE TABLE drive ({_DRIVE}, checksum INTEGER, again INTEGER, PRIMARY KEY (key, truck))",
+    "CREATE INDEX in_time ON drive (truck, start, key)",
+    "CREATE TABLE seen (uri TEXT PRIMARY KEY, name BLOB, size INTEGER, modified REAL, key TEXT, truck TEXT)",
+    "CREATE INDEX of_drive ON seen (key, truck)",
+    "CREATE INDEX of_size ON seen (size)",
+    "CREATE TABLE begun (uri TEXT PRIMARY KEY)",
+    "CREATE TABLE left_behind (key TEXT, truck TEXT, PRIMARY KEY (key, truck))",
+    "CREATE TABLE last_night (kind TEXT, name TEXT, said TEXT, PRIMARY KEY (kind, name))",
+    f"CREATE TABLE damaged ({_DRIVE}, checksum INTEGER, again INTEGER)",
+    f"PRAGMA user_version = {_VERSION}",
+)
+_STORE = f"INSERT OR REPLACE INTO drive ({_COLUMNS}, checksum, again) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+_WELL_TYPED = (
+    "typeof(uri) = 'text' AND typeof(size) = 'integer' AND typeof(modified) = 'real' AND typeof(key) = 'text'"
+    " AND typeof(truck) = 'text'"
+)
+
+Row = dict[str, Any]
+
+
+def is_ledger(path: Path) -> bool:
+    """Whether a run made it: it has the ledger's tables, or the run was killed before it had any. A file that is
+    damaged is one if a table of a run lies beside it."""
+    if not path.is_file():
+        return False
+    try:
+        with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as file:
+            tables = {name for (name,) in file.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
+    except sqlite3.OperationalError:  # not readable, or held by another run: opening it reports that
+        return True
+    except sqlite3.DatabaseError:
+        return _has_tables_of_a_run(path.parent)
+    return not tables or {"drive", "seen"} <= tables
+
+
+def _has_tables_of_a_run(folder: Path) -> bool:
+    import polars as pl
+
+    from oncenter.files.own_file import KEY
+
+    for name in ("drives", "trucks", "changes"):
+        with suppress(OSError, pl.exceptions.PolarsError):
+            if pl.read_parquet_metadata(folder / f"{name}.parquet").get(KEY) == "fleet":
+                return True
+    return False
+
+
+def is_damage(error: sqlite3.Error) -> bool:
+    """Whether SQLite cannot read the file, rather than write it or have it alone."""
+    return getattr(error, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+
+
+def opened(path: Path) -> sqlite3.Connection:
+    """The file with the tables of this version, for this process alone.
+
+    Raises:
+        sqlite3.Error: it cannot be opened, another process has it, or it is damaged.
+        OncenterError: "output", exit code 2: a later version wrote it.
+    """
+    file = sqlite3.connect(path, timeout=1.0, isolation_level=None)
+    try:
+        file.text_factory = _text
+        file.execute("PRAGMA locking_mode = EXCLUSIVE")  # no other run comes between two rows
+        file.execute("PRAGMA journal_mode = WAL")
+        file.execute("PRAGMA synchronous = NORMAL")
+        file.execute("PRAGMA temp_store = FILE")
+        file.execute("BEGIN IMMEDIATE")
+        _bring_up_to_date(file, path)
+        file.execute("COMMIT")
+    except BaseException:
+        file.close()
+        raise
+    return file
+
+
+def _text(damaged_or_not: bytes) -> str:
+    return damaged_or_not.decode(errors="replace")
+
+
+def _bring_up_to_date(file: sqlite3.Connection, path: Path) -> None:
+    (version,) = file.execute("PRAGMA user_version").fetchone()
+    if version > _VERSION:
+        raise OncenterError(
+            f"{path} is of a later version of oncenter (its tables have version {version}, this one reads up to "
+            f"{_VERSION}): update oncenter, or name another --output",
+            code="output",
+            exit_code=WRONG_USAGE,
+        )
+    if version == _VERSION:
+        return
+    is_of_version_1 = file.execute("SELECT 1 FROM sqlite_master WHERE name = 'drive'").fetchone() is not None
+    if is_of_version_1:
+        for table in ("drive", "seen"):
+            file.execute(f"ALTER TABLE {table} RENAME TO {table}_1")
+        for old in ("INDEX IF EXISTS in_time", "INDEX IF EXISTS of_key", "TABLE IF EXISTS begun"):
+            file.execute(f"DROP {old}")
+    for statement in _TABLES:
+        file.execute(statement)
+    if is_of_version_1:
+        _take_from_version_1(file)
+
+
+def _take_from_version_1(file: sqlite3.Connection) -> None:
+    """Its rows, and its files with the trucks of their rows. Damaged rows are set apart by the next check."""
+    from oncenter.fleet.tables import DRIVES
+
+    for key, truck, log, text, again in file.execute("SELECT key, truck, log, row, again FROM drive_1"):
+        row = _row_of_version_1(text, DRIVES)
+        if row is None:
+            file.execute(_STORE, (key, truck, log, *(None,) * 4, text, None, 1))
+        else:
+            store(file, str(key), row, log=row["log"], again=bool(again))
+    file.execute(
+        "INSERT INTO seen SELECT s.uri, CAST(s.uri AS BLOB), s.size, s.modified, s.key, d.truck"
+        " FROM seen_1 s JOIN drive_1 d ON d.key = s.key"
+    )
+    file.execute("DROP TABLE drive_1")
+    file.execute("DROP TABLE seen_1")
+
+
+_PYTHON_TYPES: dict[str, tuple[type, ...]] = {
+    "text": (str,),
+    "number": (float, int),
+    "time": (float, int),
+    "count": (int,),
+    "truth": (bool,),
+}
+
+
+def _row_of_version_1(text: Any, columns: dict[str, tuple[str, str]]) -> Row | None:
+    """The row if it is whole; it may have any start, and NaN, which this version does not store."""
+    try:
+        row = json.loads(text)
+    except (TypeError, ValueError, RecursionError):
+        return None
+    if not isinstance(row, dict) or not all(isinstance(row.get(name), str) for name in ("truck", "log", "settings")):
+        return None
+    row = {
+        name: None if isinstance(value, float) and not math.isfinite(value) else value for name, value in row.items()
+    }
+    for name, (kind, _) in columns.items():
+        if row.get(name) is not None and not isinstance(row[name], _PYTHON_TYPES[kind]):
+            return None
+    return row if valid_start(row.get("start")) is not None else row | {"start": None, "start_source": None}
+
+
+def store(file: sqlite3.Connection, key: str, row: Row, *, log: str, again: bool) -> None:
+    """Writes a row with its checksum in place of that of the same key and truck."""
+    start = row.get("start")
+    columns = (
+        key,
+        row["truck"],
+        log,
+        None if start is None else float(start),
+        row["settings"],
+        row.get("vehicle_file"),
+        row.get("error_code"),
+        json.dumps(row),
+    )
+    file.execute(_STORE, (*columns, _checksum(columns), again))
+
+
+def _checksum(columns: tuple[Any, ...]) -> int:
+    return zlib.crc32(repr(columns).encode("utf-8", "backslashreplace"))
+
+
+def set_apart_damaged_rows(file: sqlite3.Connection) -> list[str]:
+    """Moves rows that do not match their checksum to the table `damaged`, from which nothing is read; their names."""
+    damaged = [
+        (place, _name(columns))
+        for place, checksum, *columns in file.execute(f"SELECT rowid, checksum, {_COLUMNS} FROM drive")
+        if checksum != _checksum(tuple(columns))
+    ]
+    for place, _ in damaged:
+        file.execute(f"INSERT INTO damaged SELECT {_COLUMNS}, checksum, again FROM drive WHERE rowid = ?", (place,))
+        file.execute("DELETE FROM drive WHERE rowid = ?", (place,))
+    file.execute(f"DELETE FROM seen WHERE NOT ({_WELL_TYPED})")  # such a log is hashed again
+    file.execute("DELETE FROM begun WHERE typeof(uri) != 'text'")
+    return sorted(name for _, name in damaged)
+
+
+def _name(columns: list[Any]) -> str:
+    key, truck, log, *_ = columns
+    return printable(next((text for text in (log, key, truck) if isinstance(text, str) and text), "a row without name"))
+
+
+def set_apart(path: Path) -> tuple[Path, int]:
+    """Renames a damaged file and writes a new one with all of its rows that can be read; its new name, and the number
+    of rows."""
+    number = 1
+    while (aside := path.with_name(f"{path.stem}-damaged-{number}{path.suffix}")).exists():
+        number += 1
+    for part in ("-wal", "-shm", ""):  # a log of the old file must not become one of the new
+        with suppress(FileNotFoundError):
+            os.replace(f"{path}{part}", f"{aside}{part}")
+    with closing(opened(path)) as new:
+        new.execute("BEGIN IMMEDIATE")
+        for row in _readable(aside, f"{_COLUMNS}, checksum, again", "drive"):
+            if row[-2] == _checksum(row[:-2]):
+                new.execute(_STORE, row)
+        for row in _readable(aside, "uri, name, size, modified, key, truck", "seen"):
+            new.execute("INSERT OR IGNORE INTO seen VALUES (?, ?, ?, ?, ?, ?)", row)
+        for row in _readable(aside, "kind, name, said", "last_night"):
+            new.execute("INSERT OR IGNORE INTO last_night VALUES (?, ?, ?)", row)
+        (kept,) = new.execute("SELECT count(*) FROM drive").fetchone()
+        new.execute("COMMIT")
+    return aside, int(kept)
+
+
+def _readable(path: Path, columns: str, table: str) -> Iterator[tuple[Any, ...]]:
+    """Its rows from either end as far as they can be read; some come twice."""
+    for order in ("ASC", "DESC"):
+        with suppress(sqlite3.Error), closing(sqlite3.connect(path, isolation_level=None)) as file:
+            file.text_factory = _text
+            yield from file.execute(f"SELECT {columns} FROM {table} NOT INDEXED ORDER BY rowid {order}")

@@ -188,6 +188,21 @@ def test_a_copy_in_another_format_does_not_count_for_its_truck_and_names_the_ori
     assert set(copies) | set(copies.values()) == {"day0.parquet", "other.csv"} and len(copies) == 1
 
 
+def test_a_log_is_compared_with_few_of_many_files_of_its_size(trucks: Fleet, tmp_path: Path) -> None:
+    logs = [LogFile(str(trucks.logs / "a" / f"{k:03}.parquet"), "", 7, float(k)) for k in range(100)]
+    moved = LogFile(str(trucks.logs / "a" / "z.parquet"), "", 7, 50.0)
+    row = {"truck": "a", "vehicle_file": "a", "settings": "s"}
+    with contextlib.closing(Ledger(tmp_path / LEDGER)) as ledger:
+        ledger.plan([*logs, moved], Trucks(trucks.vehicles))
+        for log in logs:
+            ledger.add(log, row | {"log": log.uri, "key": log.uri})
+        assert next(log for log in ledger.to_do() if log.uri == moved.uri).known == ((logs[50].uri, "a", True),)
+    with contextlib.closing(Ledger(tmp_path / "few.sqlite")) as ledger:
+        ledger.plan([logs[0], moved], Trucks(trucks.vehicles))
+        ledger.add(logs[0], row | {"log": logs[0].uri, "key": "first"})
+        assert next(log for log in ledger.to_do() if log.uri == moved.uri).known == (("first", "a", True),)
+
+
 def test_a_file_that_gets_another_content_leaves_its_drive_to_a_copy_that_is_found_later(
     trucks: Fleet, tmp_path: Path
 ) -> None:
@@ -261,19 +276,37 @@ def test_a_damaged_record_of_a_file_costs_a_look_at_the_file(trucks: Fleet, colu
     assert tables(trucks.output) == before
 
 
-@pytest.mark.parametrize("place", ["head", "middle", "all"])
+@pytest.mark.parametrize("place", ["head", "middle", "all", "nothing left"])
 def test_a_ledger_that_cannot_be_read_is_set_apart_and_the_night_goes_on(trucks: Fleet, place: str) -> None:
     trucks.night()
     before = tables(trucks.output)
     path = trucks.output / LEDGER
     content = bytearray(path.read_bytes())
-    begin, end = {"head": (0, 100), "middle": (4096, len(content) - 4096), "all": (0, len(content))}[place]
+    begin, end = {"head": (0, 100), "middle": (4096, len(content) - 4096)}.get(place, (0, len(content)))
     content[begin:end] = b"\xa5" * (end - begin)
-    path.write_bytes(content)
+    path.write_bytes(b"" if place == "nothing left" else content)
     [named] = trucks.night().damaged
-    assert "ledger-damaged-1.sqlite" in named and (trucks.output / "ledger-damaged-1.sqlite").stat().st_size
+    assert "ledger-damaged-1.sqlite" in named and (trucks.output / "ledger-damaged-1.sqlite").is_file()
     assert tables(trucks.output) == before
     assert trucks.night().damaged == () and trucks.answered == []
+
+
+def test_an_index_that_contradicts_its_table_counts_no_drive_twice(trucks: Fleet) -> None:
+    trucks.night()
+    before = tables(trucks.output)
+    with trucks.ledger() as ledger:
+        (page,) = ledger.execute(
+            "SELECT rootpage FROM sqlite_master WHERE name LIKE 'sqlite_autoindex_drive%'"
+        ).fetchone()
+        (key,) = ledger.execute("SELECT key FROM drive WHERE log LIKE '%day1%'").fetchone()
+    content = bytearray((trucks.output / LEDGER).read_bytes())
+    at = content.index(key.encode(), 4096 * (page - 1), 4096 * page)
+    content[at] ^= 1
+    (trucks.output / LEDGER).write_bytes(content)
+    (trucks.vehicles / "a.toml").touch()
+    shutil.copy(trucks.logs / "a" / "day1.parquet", trucks.logs / "a" / "x.parquet")
+    [named] = trucks.night().damaged
+    assert named.endswith(": 3 rows were kept") and tables(trucks.output) == before
 
 
 def test_rows_that_can_be_read_of_a_damaged_ledger_are_kept_without_their_logs(trucks: Fleet) -> None:

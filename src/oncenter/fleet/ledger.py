@@ -21,17 +21,16 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.child import READER_DEATHS
 from oncenter.files.file_name import printable_name
 from oncenter.fleet.files import NOT_A_FILE, UNREADABLE_FOLDER, LogFile
-from oncenter.fleet.ledger_file import is_damage, opened, set_apart_damaged_rows, store
+from oncenter.fleet.ledger_file import NAME, is_damage, opened, set_apart_damaged_rows, store
 from oncenter.fleet.start import own_outside, starts_outside, with_earliest
 from oncenter.fleet.trucks import UNKNOWN_TRUCK, Trucks
 
 LEDGER = "ledger.sqlite"  # in an output folder
 
 _UNREAD = "unread "  # begins the key of a log that was not read
-_NAME = ("utf-8", "surrogatepass")  # keeps every name that Python can hold
 _AGAIN = ("output", "stopped", "missing_extra")  # errors that may be gone in the next run
 _IN_STORE = "s3://"
-_KNOWN_MAX = 1000  # drives with which a log of the same size is compared
+_KNOWN_MAX = 20  # drives with which a log of the same size is compared
 _PLANS = """
 CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
 CREATE TEMP TABLE to_do (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
@@ -97,7 +96,7 @@ class Ledger:
             self._file.execute(f"UPDATE drive SET again = 1 WHERE error_code IN ({deaths})")
         self._file.executemany(
             "INSERT OR IGNORE INTO planned VALUES (?, ?, ?, ?, ?)",
-            ((printable_name(log.uri), log.uri.encode(*_NAME), log.options, log.size, log.modified_s) for log in logs),
+            ((printable_name(log.uri), log.uri.encode(*NAME), log.options, log.size, log.modified_s) for log in logs),
         )
         self._forget_what_is_no_log()
         self._forget_outdated(trucks)
@@ -143,16 +142,20 @@ class Ledger:
                     if (uri in before) is last:
                         self._file.execute("INSERT OR IGNORE INTO begun VALUES (?)", (uri,))
                         self.commit()
-                        yield LogFile(name.decode(*_NAME), options, size, modified, self._known(size, modified))
+                        yield LogFile(name.decode(*NAME), options, size, modified, self._known(size, modified))
 
     def _known(self, size: int, modified_s: float) -> tuple[tuple[str, str, bool], ...]:
         """Drives of files of this size, any of which the log may be a copy of: key, truck, and whether the answer
-        holds. An error names its file, so its log is answered again."""
-        rows = self._file.execute(
-            "SELECT DISTINCT key, truck, NOT again AND error_code IS NULL FROM seen s JOIN drive USING (key, truck)"
-            " WHERE s.size = ? AND truck != '' ORDER BY s.modified != ? LIMIT ?",
-            (size, modified_s, _KNOWN_MAX),
+        holds. If many files have this size, those written at the same time, as a move or a rename leaves it. An error
+        names its file, so its log is answered again."""
+        drives = (
+            "SELECT key, truck, NOT again AND error_code IS NULL FROM seen s JOIN drive USING (key, truck)"
+            " WHERE s.size = ? AND truck != ''"
         )
+        rows = self._file.execute(f"{drives} LIMIT ?", (size, _KNOWN_MAX + 1)).fetchall()
+        if len(rows) > _KNOWN_MAX:
+            same_time = (size, modified_s, _KNOWN_MAX)
+            rows = self._file.execute(f"{drives} AND s.modified = ? LIMIT ?", same_time).fetchall()
         return tuple((key, truck, bool(holds)) for key, truck, holds in rows)
 
     def add(self, log: LogFile, row: dict[str, Any]) -> None:
@@ -195,7 +198,7 @@ class Ledger:
         before = self._file.execute("SELECT key, truck FROM seen WHERE uri = ?", (uri,)).fetchall()
         self._file.execute(
             "INSERT OR REPLACE INTO seen VALUES (?, ?, ?, ?, ?, ?)",
-            (uri, log.uri.encode(*_NAME), log.size, log.modified_s, key, truck),
+            (uri, log.uri.encode(*NAME), log.size, log.modified_s, key, truck),
         )
         others = self._file.execute("SELECT uri, name, truck FROM seen WHERE key = ? AND uri != ?", (key, uri))
         for other, name, its_truck in others.fetchall():
@@ -221,7 +224,7 @@ class Ledger:
         if uri.startswith(_IN_STORE):
             return uri.startswith(self._listed)
         with suppress(OSError, ValueError, TypeError, AttributeError):  # the last two: of a damaged row
-            path = name.decode(*_NAME)
+            path = name.decode(*NAME)
             return not os.path.isabs(path) or not _is_there(path)
         return False
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import shutil
 import sqlite3
 import zlib
 from collections.abc import Iterator
@@ -17,8 +18,11 @@ from pathlib import Path
 from typing import Any
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.files.file_name import printable
+from oncenter.files.file_name import printable, printable_name
+from oncenter.files.whole_file import UNFINISHED
 from oncenter.fleet.start import valid_start
+
+NAME = ("utf-8", "surrogatepass")  # of a log in bytes: keeps every name that Python can hold
 
 _VERSION = 2  # 1: a row for each content of a log, whichever trucks it is of
 _COLUMNS = "key, truck, log, start, settings, vehicle_file, error_code, row"  # that the checksum is of
@@ -29,13 +33,14 @@ _TABLES = (
     "CREATE INDEX in_time ON drive (truck, start, key)",
     "CREATE TABLE seen (uri TEXT PRIMARY KEY, name BLOB, size INTEGER, modified REAL, key TEXT, truck TEXT)",
     "CREATE INDEX of_drive ON seen (key, truck)",
-    "CREATE INDEX of_size ON seen (size)",
+    "CREATE INDEX of_size ON seen (size, modified)",
     "CREATE TABLE begun (uri TEXT PRIMARY KEY)",
     "CREATE TABLE left_behind (key TEXT, truck TEXT, PRIMARY KEY (key, truck))",
     "CREATE TABLE last_night (kind TEXT, name TEXT, said TEXT, PRIMARY KEY (kind, name))",
     f"CREATE TABLE damaged ({_DRIVE}, checksum INTEGER, again INTEGER)",
     f"PRAGMA user_version = {_VERSION}",
 )
+_WAL = "-wal"  # what is not yet in the file
 _STORE = f"INSERT OR REPLACE INTO drive ({_COLUMNS}, checksum, again) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
 _WELL_TYPED = (
     "typeof(uri) = 'text' AND typeof(size) = 'integer' AND typeof(modified) = 'real' AND typeof(key) = 'text'"
@@ -52,33 +57,46 @@ def is_ledger(path: Path) -> bool:
         return False
     try:
         with closing(sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)) as file:
+            file.text_factory = _text
             tables = {name for (name,) in file.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
     except sqlite3.OperationalError:  # not readable, or held by another run: opening it reports that
         return True
     except sqlite3.DatabaseError:
         return _has_tables_of_a_run(path.parent)
-    return not tables or {"drive", "seen"} <= tables
+    return not tables or {"drive", "seen"} <= tables or _has_tables_of_a_run(path.parent)
 
 
 def _has_tables_of_a_run(folder: Path) -> bool:
-    import polars as pl
+    there = [path for name in ("drives", "trucks", "changes") if (path := folder / f"{name}.parquet").is_file()]
+    return any(map(_is_of_a_run, there))
+
+
+def _is_of_a_run(path: Path) -> bool:
+    import polars as pl  # late: a night needs it for this only where its ledger is damaged
 
     from oncenter.files.own_file import KEY
 
-    for name in ("drives", "trucks", "changes"):
-        with suppress(OSError, pl.exceptions.PolarsError):
-            if pl.read_parquet_metadata(folder / f"{name}.parquet").get(KEY) == "fleet":
-                return True
-    return False
+    try:
+        return pl.read_parquet_metadata(path).get(KEY) == "fleet"
+    except (OSError, pl.exceptions.PolarsError):
+        return False
+
+
+class Damaged(sqlite3.DatabaseError):
+    """A file that SQLite can read, without the tables of its version, or with indexes that contradict them."""
 
 
 def is_damage(error: sqlite3.Error) -> bool:
     """Whether SQLite cannot read the file, rather than write it or have it alone."""
-    return getattr(error, "sqlite_errorcode", 0) & 0xFF in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+    damage = (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+    return isinstance(error, Damaged) or getattr(error, "sqlite_errorcode", 0) & 0xFF in damage
 
 
-def opened(path: Path) -> sqlite3.Connection:
+def opened(path: Path, *, is_new: bool = False) -> sqlite3.Connection:
     """The file with the tables of this version, for this process alone.
+
+    Args:
+        is_new: the file of a folder whose former one was set apart.
 
     Raises:
         sqlite3.Error: it cannot be opened, another process has it, or it is damaged.
@@ -92,7 +110,7 @@ def opened(path: Path) -> sqlite3.Connection:
         file.execute("PRAGMA synchronous = NORMAL")
         file.execute("PRAGMA temp_store = FILE")
         file.execute("BEGIN IMMEDIATE")
-        _bring_up_to_date(file, path)
+        _bring_up_to_date(file, path, is_new)
         file.execute("COMMIT")
     except BaseException:
         file.close()
@@ -104,7 +122,7 @@ def _text(damaged_or_not: bytes) -> str:
     return damaged_or_not.decode(errors="replace")
 
 
-def _bring_up_to_date(file: sqlite3.Connection, path: Path) -> None:
+def _bring_up_to_date(file: sqlite3.Connection, path: Path, is_new: bool) -> None:
     (version,) = file.execute("PRAGMA user_version").fetchone()
     if version > _VERSION:
         raise OncenterError(
@@ -114,8 +132,16 @@ def _bring_up_to_date(file: sqlite3.Connection, path: Path) -> None:
             exit_code=WRONG_USAGE,
         )
     if version == _VERSION:
+        statements = {sql for (sql,) in file.execute("SELECT sql FROM sqlite_master")}
+        if not {statement for statement in _TABLES if statement.startswith("CREATE")} <= statements:
+            raise Damaged(f"{path.name} has other tables than those of its version")
+        (first,) = file.execute("PRAGMA integrity_check(1)").fetchone()  # an index may have a row that its table lacks
+        if first != "ok":
+            raise Damaged(f"{path.name} contradicts itself: {first}")
         return
     is_of_version_1 = file.execute("SELECT 1 FROM sqlite_master WHERE name = 'drive'").fetchone() is not None
+    if not (is_of_version_1 or is_new) and _has_tables_of_a_run(path.parent):
+        raise Damaged(f"{path.name} is empty, but its run wrote tables")
     if is_of_version_1:
         for table in ("drive", "seen"):
             file.execute(f"ALTER TABLE {table} RENAME TO {table}_1")
@@ -202,8 +228,17 @@ def set_apart_damaged_rows(file: sqlite3.Connection) -> list[str]:
         file.execute(f"INSERT INTO damaged SELECT {_COLUMNS}, checksum, again FROM drive WHERE rowid = ?", (place,))
         file.execute("DELETE FROM drive WHERE rowid = ?", (place,))
     file.execute(f"DELETE FROM seen WHERE NOT ({_WELL_TYPED})")  # such a log is hashed again
+    odd = file.execute("SELECT uri, name FROM seen WHERE CAST(uri AS BLOB) IS NOT name").fetchall()
+    file.executemany("DELETE FROM seen WHERE uri = ?", ((uri,) for uri, name in odd if uri != _printed(name)))
     file.execute("DELETE FROM begun WHERE typeof(uri) != 'text'")
     return sorted(name for _, name in damaged)
+
+
+def _printed(name: Any) -> str | None:
+    try:
+        return printable_name(name.decode(*NAME))
+    except (AttributeError, ValueError):
+        return None
 
 
 def _name(columns: list[Any]) -> str:
@@ -212,15 +247,18 @@ def _name(columns: list[Any]) -> str:
 
 
 def set_apart(path: Path) -> tuple[Path, int]:
-    """Renames a damaged file and writes a new one with all of its rows that can be read; its new name, and the number
-    of rows."""
+    """Copies a damaged file to another name, and replaces it by a new one with all of its rows that can be read; the
+    other name, and the number of rows. If it is stopped, the damaged file is still there."""
     number = 1
     while (aside := path.with_name(f"{path.stem}-damaged-{number}{path.suffix}")).exists():
         number += 1
-    for part in ("-wal", "-shm", ""):  # a log of the old file must not become one of the new
+    for part in ("", _WAL):
         with suppress(FileNotFoundError):
-            os.replace(f"{path}{part}", f"{aside}{part}")
-    with closing(opened(path)) as new:
+            shutil.copyfile(f"{path}{part}", f"{aside}{part}")
+    unfinished = path.with_name(f"{UNFINISHED}{path.name}")
+    for part in ("", _WAL):
+        Path(f"{unfinished}{part}").unlink(missing_ok=True)
+    with closing(opened(unfinished, is_new=True)) as new:
         new.execute("BEGIN IMMEDIATE")
         for row in _readable(aside, f"{_COLUMNS}, checksum, again", "drive"):
             if row[-2] == _checksum(row[:-2]):
@@ -231,6 +269,9 @@ def set_apart(path: Path) -> tuple[Path, int]:
             new.execute("INSERT OR IGNORE INTO last_night VALUES (?, ?, ?)", row)
         (kept,) = new.execute("SELECT count(*) FROM drive").fetchone()
         new.execute("COMMIT")
+    for part in (_WAL, "-shm"):  # SQLite would take them for those of the new file
+        Path(f"{path}{part}").unlink(missing_ok=True)
+    os.replace(unfinished, path)
     return aside, int(kept)
 
 

@@ -291,6 +291,15 @@ def test_a_ledger_that_cannot_be_read_is_set_apart_and_the_night_goes_on(trucks:
     assert trucks.night().damaged == () and trucks.answered == []
 
 
+def test_a_ledger_whose_schema_is_no_text_is_set_apart(trucks: Fleet) -> None:
+    """SQLite quotes it in its error."""
+    trucks.night()
+    before = tables(trucks.output)
+    content = (trucks.output / LEDGER).read_bytes()
+    (trucks.output / LEDGER).write_bytes(content.replace(b"CREATE INDEX of_drive ON", b"CREATE IND\xe9X of_drive ON"))
+    assert len(trucks.night().damaged) == 1 and tables(trucks.output) == before
+
+
 def test_an_index_that_contradicts_its_table_counts_no_drive_twice(trucks: Fleet) -> None:
     trucks.night()
     before = tables(trucks.output)

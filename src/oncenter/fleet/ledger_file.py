@@ -61,7 +61,7 @@ def is_ledger(path: Path) -> bool:
             tables = {name for (name,) in file.execute("SELECT name FROM sqlite_master WHERE type = 'table'")}
     except sqlite3.OperationalError:  # not readable, or held by another run: opening it reports that
         return True
-    except sqlite3.DatabaseError:
+    except (sqlite3.DatabaseError, UnicodeDecodeError):  # the latter of a message that quotes damage
         return _has_tables_of_a_run(path.parent)
     return not tables or {"drive", "seen"} <= tables or _has_tables_of_a_run(path.parent)
 
@@ -112,6 +112,9 @@ def opened(path: Path, *, is_new: bool = False) -> sqlite3.Connection:
         file.execute("BEGIN IMMEDIATE")
         _bring_up_to_date(file, path, is_new)
         file.execute("COMMIT")
+    except UnicodeDecodeError as error:  # of a message that quotes damage
+        file.close()
+        raise Damaged(str(error)) from None
     except BaseException:
         file.close()
         raise
@@ -278,6 +281,6 @@ def set_apart(path: Path) -> tuple[Path, int]:
 def _readable(path: Path, columns: str, table: str) -> Iterator[tuple[Any, ...]]:
     """Its rows from either end as far as they can be read; some come twice."""
     for order in ("ASC", "DESC"):
-        with suppress(sqlite3.Error), closing(sqlite3.connect(path, isolation_level=None)) as file:
+        with suppress(sqlite3.Error, UnicodeDecodeError), closing(sqlite3.connect(path, isolation_level=None)) as file:
             file.text_factory = _text
             yield from file.execute(f"SELECT {columns} FROM {table} NOT INDEXED ORDER BY rowid {order}")

@@ -11,6 +11,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -180,3 +181,73 @@ def test_logs_in_an_s3_bucket_give_the_answers_that_they_give_on_disk(
     ours, theirs = (pl.read_parquet(folder / "drives.parquet").drop("log") for folder in (tmp_path, undisturbed))
     assert ours.equals(theirs)
     assert "s3://nightly/logs/depot-7/day0.parquet" in pl.read_parquet(tmp_path / "drives.parquet")["log"].to_list()
+
+
+@contextlib.contextmanager
+def another_host() -> Iterator[tuple[str, list[str]]]:
+    """The address of a server of somebody else, and the requests that it gets."""
+    got: list[str] = []
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_HEAD(self) -> None:
+            got.append(self.path)
+            self.send_error(404)
+
+        do_GET = do_HEAD
+
+        def log_message(self, *_: object) -> None:
+            pass
+
+    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    try:
+        yield f"127.0.0.1:{server.server_address[1]}", got
+    finally:
+        server.shutdown()
+        server.server_close()
+
+
+def test_a_key_of_a_bucket_is_a_name_whatever_characters_it_holds(
+    fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A key as an address would send the token of the session to a host that the key names, or read another bucket."""
+    pytest.importorskip("moto", reason="moto is not installed: pip install 'oncenter[dev]'")
+    import boto3
+
+    for name in ("AWS_ACCESS_KEY_ID", "AWS_SECRET_ACCESS_KEY", "AWS_SESSION_TOKEN"):
+        monkeypatch.setenv(name, "any")
+    monkeypatch.setenv("AWS_DEFAULT_REGION", "us-east-1")
+    day = (fleet / "logs" / "depot-7" / "day0.parquet").read_bytes()
+    with s3_server() as address, another_host() as (elsewhere, got):
+        store = boto3.client("s3", endpoint_url=f"http://{address}")
+        for bucket in ("nightly", "secret"):
+            store.create_bucket(Bucket=bucket)
+        store.put_object(Bucket="secret", Key="day.parquet", Body=day)
+        names = [
+            f"q?scheme=http&endpoint_override={elsewhere}#.parquet",
+            "a#b.parquet",
+            "%41.parquet",
+            "..%2fup.parquet",
+            "back\\slash.parquet",
+            "\x1b[31m red.parquet",
+            "a" * 900 + ".parquet",
+        ]
+        for name in names:
+            store.put_object(Bucket="nightly", Key=f"logs/depot-7/{name}", Body=day)
+        no_names = ["logs/depot-7//a.parquet", "logs/../../secret/day.parquet", "logs/./b.parquet"]
+        for key in no_names:
+            store.put_object(Bucket="nightly", Key=key, Body=day)
+        place = f"s3://nightly/logs?scheme=http&endpoint_override={address}"
+        summary = run([place], fleet / "vehicles", tmp_path)
+        again = run([place], fleet / "vehicles", tmp_path)
+    assert got == []
+    assert (summary.logs_found, summary.logs_answered, summary.refused) == (10, len(names), {"not_a_file": 3})
+    assert (again.logs_found, again.logs_answered, again.logs_refused) == (10, 0, 0)
+    drives = pl.read_parquet(tmp_path / "drives.parquet")
+    refused = sorted(drives.filter(error_code="not_a_file")["log"])
+    assert refused == [
+        "s3://nightly/logs/../../secret/day.parquet",
+        "s3://nightly/logs/./b.parquet",
+        "s3://nightly/logs/depot-7//",
+    ]
+    assert not any("\x1b" in text for text in drives["log"])

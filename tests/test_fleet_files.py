@@ -88,8 +88,27 @@ def test_folders_that_link_to_each_other_are_walked_once(tmp_path: Path) -> None
     (tmp_path / "b" / "a link").symlink_to(tmp_path / "b" / "c")  # comes before c by name, after it in the walk
     (tmp_path / "b" / "out").symlink_to(tmp_path / "elsewhere")
     (tmp_path / "b" / "self").symlink_to("self")
-    found = [log.uri for log in find_logs([str(tmp_path / "b"), str(tmp_path / "b" / "c")])]
-    assert sorted(found) == [str(tmp_path / "b" / "c" / "day.csv"), str(tmp_path / "b" / "out" / "day.csv")]
+    found = [log.uri for log in find_logs([str(tmp_path / "b"), str(tmp_path / "elsewhere")])]
+    assert sorted(found) == [str(tmp_path / "b" / "c" / "day.csv"), str(tmp_path / "elsewhere" / "day.csv")]
+
+
+def test_a_link_that_leads_out_of_the_folder_is_a_row_that_names_its_target_and_shows_nothing_of_it(
+    fleet: Path, logs: Path, night: Night, tmp_path: Path
+) -> None:
+    (tmp_path / "elsewhere").mkdir()
+    secret = tmp_path / "elsewhere" / "secret.csv"
+    secret.write_text("root:x:0:0\n")
+    (logs / "a.csv").symlink_to(secret)
+    (logs / "b").symlink_to(secret.parent)
+    (logs / "c.parquet").symlink_to(logs / "good.parquet")
+    summary = night()
+    assert (summary.logs_answered, summary.refused) == (2, {"not_a_file": 2})
+    given = rows(tmp_path / "out")
+    for name, target in (("a.csv", secret), ("b", secret.parent)):
+        assert given[name]["error"] == f"{logs / name} is a link that leads out of its folder: name {target} as well"
+    assert night().logs_refused == 0
+    both = run([str(logs), str(secret.parent)], fleet / "vehicles", tmp_path / "out")
+    assert (both.logs_answered, both.refused) == (0, {"unknown_truck": 1})
 
 
 def test_a_thousand_folders_in_each_other_are_walked(tmp_path: Path) -> None:
@@ -134,11 +153,11 @@ def test_what_was_no_log_is_no_row_when_it_is_gone_and_a_drive_when_it_is_one(
 ) -> None:
     os.mkfifo(logs / "gone.log")
     os.mkfifo(logs / "other.parquet")
-    (logs / "later.parquet").symlink_to(tmp_path / "later.parquet")
+    (logs / "later.parquet").symlink_to(logs / "to be")
     assert night().refused == {"not_a_file": 3}
     (logs / "gone.log").unlink()
     (logs / "other.parquet").unlink()
-    for day, log in ((1, logs / "other.parquet"), (2, tmp_path / "later.parquet")):
+    for day, log in ((1, logs / "other.parquet"), (2, logs / "to be")):
         shutil.copy(fleet / "logs" / "depot-7" / f"day{day}.parquet", log)
     summary = night()
     assert (summary.logs_answered, summary.refused) == (2, {})

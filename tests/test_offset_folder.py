@@ -183,6 +183,17 @@ def test_a_circle_of_links_ends_and_each_folder_is_read_once(folder: Path) -> No
         logs_at([str(folder / "empty")])
 
 
+def test_a_link_that_leads_out_of_the_folder_is_named_and_not_read(
+    folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "link.csv").symlink_to(__file__)
+    (folder / "away").symlink_to(Path(__file__).parent)
+    found = logs_at([str(folder)])
+    assert len(found.logs) == 4
+    whys = [str(error) for error in found.unlisted]
+    assert len(whys) == 2 and all(f"leads out of its folder: name {Path(__file__).parent}" in why for why in whys)
+
+
 def test_an_output_in_the_folder_that_is_one_of_its_logs_is_refused(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from oncenter.cli.standard_input import STANDARD_INPUT
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.files.folder import files_below, is_bag_folder, is_log
+from oncenter.files.folder import OUTSIDE, files_below, is_bag_folder, is_log
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.read.plugins import plugin_for
 
@@ -26,7 +26,7 @@ class Places:
         logs: each once; of folders in order of their names, numbers in them by value.
         has_folder: whether a folder was named, so that the user gave no order.
         twice: logs that are named more than once.
-        unlisted: errors for folders that cannot be listed.
+        unlisted: errors for folders that cannot be listed, and for links that lead out of the folders.
         notes: on files that were skipped.
     """
 
@@ -59,8 +59,8 @@ def logs_at(names: Sequence[str]) -> Places:
     folders = [place for place in given if os.path.isdir(place) and not (is_bag_folder(place) or plugin_for(place))]
     named = [place for place in given if place not in folders]
     below = list(files_below([os.fspath(folder) for folder in folders]))
-    unlisted = tuple(_unlisted(path) for path, is_unlisted in below if is_unlisted)
-    files = [path for path, is_unlisted in below if not is_unlisted]
+    unlisted = tuple(_outside(path) if fault == OUTSIDE else _unlisted(path) for path, fault in below if fault)
+    files = [path for path, fault in below if not fault]
     found = sorted((Path(path) for path in files if is_log(os.path.basename(path))), key=_by_name)
     skipped = [Path(path) for path in files if not is_log(os.path.basename(path))]
     logs = [log for log in named if not _is_other_file(log)]
@@ -94,6 +94,12 @@ def _unlisted(folder: str) -> OncenterError:
     except OSError as error:
         why = f": {error.strerror}"
     return OncenterError(f"cannot list the folder {folder}{why}", code="unreadable_folder")
+
+
+def _outside(link: str) -> OncenterError:
+    return OncenterError(
+        f"{link} is a link that leads out of its folder: name {os.path.realpath(link)} as well", code="not_a_file"
+    )
 
 
 def _without_logs(folders: Sequence[Path], others: int, unlisted: Sequence[OncenterError]) -> OncenterError:

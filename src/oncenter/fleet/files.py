@@ -7,18 +7,19 @@ import os
 import re
 import stat
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import FileIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 from blake3 import blake3
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.files.file_name import printable_name
-from oncenter.files.folder import files_below, is_log
+from oncenter.files.file_name import file_stem, printable_name
+from oncenter.files.folder import OUTSIDE, files_below, is_log
 from oncenter.files.regular_file import open_regular_file
 from oncenter.files.whole_file import UNFINISHED
 from oncenter.read.plugins import suffixes_of_plugins
@@ -30,15 +31,18 @@ NOT_A_FILE, UNREADABLE_FOLDER = "not_a_file", "unreadable_folder"  # error codes
 _NOWHERE = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)  # the target of a link does not exist
 # Before the path. A bucket's name has neither @ nor colon; a secret may contain a slash.
 _CREDENTIALS = re.compile(r"[a-z][a-z0-9+.-]*://[^/?#]*[@:]", re.IGNORECASE)
+_STORE = "s3://"
+_NAME_LENGTH = 60  # last characters of a key in the name of its copy; `file_stem` keeps the suffix of so short a name
 _BLOCK_BYTES = 1 << 18
 _KEY_BYTES = 16
 
 
 @dataclass(frozen=True)
 class LogFile:
-    """One log. `uri` is a path (bytes that are no text are escaped by `os.fsdecode`), or `s3://bucket/key`, which is
-    opened with its `options` (`scheme=http&endpoint_override=…`). `known` are drives that it may be a copy of: key,
-    truck, and whether their answers hold."""
+    """One log. `uri` is a path (bytes that are no text are escaped by `os.fsdecode`), or `s3://bucket/key` with the key
+    as it is: it may hold any character, so it is a name and no URI to be parsed. `options` open its store
+    (`scheme=http&endpoint_override=…`); of a file of this machine they are empty, or `folder.OUTSIDE`. `known` are drives
+    that it may be a copy of: key, truck, and whether their answers hold."""
 
     uri: str
     options: str
@@ -74,7 +78,7 @@ def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
     """
     folders, suffixes = [], tuple(name.lower() for name in suffixes_of_plugins())
     for place in places:
-        if place.startswith("s3://"):
+        if place.startswith(_STORE):
             yield from _in_store(place, suffixes)
         elif os.path.isdir(place):
             folders.append(place)
@@ -87,9 +91,9 @@ def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
     yield from _in_folders(folders, suffixes)
 
 
-def _local(path: str) -> LogFile:
+def _local(path: str, *looks: Callable[[str], os.stat_result]) -> LogFile:
     """Size and time of last writing show later changes: the link's own if its target is missing, zero if unreadable."""
-    for look in (os.stat, os.lstat):
+    for look in looks or (os.stat, os.lstat):
         with suppress(OSError):
             status = look(path)
             return LogFile(path, "", status.st_size, status.st_mtime)
@@ -106,8 +110,11 @@ def _missing(place: str, why: str | None) -> OncenterError:
 
 def _in_folders(folders: Sequence[str], suffixes: tuple[str, ...]) -> Iterator[LogFile]:
     """A folder that cannot be listed gets a row of its own."""
-    for path, is_unlisted in files_below(folders):
-        if is_unlisted or _is_log(os.path.basename(path), suffixes):
+    for path, fault in files_below(folders):
+        if fault == OUTSIDE:
+            if _is_log(os.path.basename(path), suffixes) or os.path.isdir(path):
+                yield replace(_local(path, os.lstat), options=OUTSIDE)
+        elif fault or _is_log(os.path.basename(path), suffixes):
             yield _local(path)
 
 
@@ -117,15 +124,21 @@ def _is_log(name: str, suffixes: tuple[str, ...]) -> bool:
 
 
 def refuse_no_file(log: LogFile) -> None:
-    """Refuses an entry among the logs of this machine that is not a file, without opening it.
+    """Refuses an entry among the logs that is not a file, without opening it.
 
     Raises:
-        OncenterError: "not_a_file": a pipe, a device, a socket, a link without a target, or a path that is too long;
+        OncenterError: "not_a_file": a pipe, a device, a socket, a link without a target or out of its folder, a path
+            that is too long, or an object of which a part of the key is no name;
             "unreadable_folder": one that cannot be listed; "unreadable_log": it is gone, or has no readable status.
     """
-    if log.uri.startswith("s3://"):
-        return
     name = printable_name(log.uri)
+    if log.uri.startswith(_STORE):
+        if not {"", ".", ".."}.isdisjoint(log.uri.removeprefix(_STORE).split("/")):
+            raise OncenterError(
+                f"{name} has a key with an empty part, . or .. between slashes, which names another object: rename it",
+                code=NOT_A_FILE,
+            )
+        return
     try:
         mode = os.stat(log.uri).st_mode
     except OSError as error:
@@ -133,6 +146,9 @@ def refuse_no_file(log: LogFile) -> None:
             raise OncenterError(f"{name} is a link whose target does not exist", code=NOT_A_FILE) from None
         code = NOT_A_FILE if error.errno == errno.ENAMETOOLONG else "unreadable_log"
         raise OncenterError(f"cannot read {name}: {error.strerror}", code=code) from None
+    if log.options == OUTSIDE and (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+        where = printable_name(os.path.realpath(log.uri))
+        raise OncenterError(f"{name} is a link that leads out of its folder: name {where} as well", code=NOT_A_FILE)
     if stat.S_ISDIR(mode):
         raise OncenterError(f"cannot list the folder {name}{_why_not(log.uri)}", code=UNREADABLE_FOLDER)
     if not stat.S_ISREG(mode):
@@ -148,9 +164,13 @@ def _why_not(folder: str) -> str:
 
 
 def _in_store(place: str, suffixes: tuple[str, ...]) -> Iterator[LogFile]:
+    """A part of a key may be empty: pyarrow lists that folder under the name of the folder around it, and cannot open
+    its objects. They get one row."""
     from pyarrow.fs import FileSelector, FileType
 
     bare, _, options = place.partition("?")
+    if "#" in place:
+        raise _missing(bare, "write %23 in place of #, which ends a URI")
     try:
         files, path = _store(place)
         waiting = [path.rstrip("/")]
@@ -161,29 +181,29 @@ def _in_store(place: str, suffixes: tuple[str, ...]) -> Iterator[LogFile]:
         if first.type == FileType.NotFound:
             raise _missing(bare, "there is no such bucket or folder")
         while waiting:
-            infos = files.get_file_info(FileSelector(waiting.pop()))
-            waiting += [info.path for info in infos if info.type == FileType.Directory]
-            for info in infos:
-                if info.type == FileType.File and _is_log(info.base_name, suffixes):
+            folder = waiting.pop()
+            for info in files.get_file_info(FileSelector(folder)):
+                if info.type == FileType.Directory and info.path.rstrip("/") == folder:
+                    yield LogFile(f"{_STORE}{folder}//", options, 0, 0.0)
+                elif info.type == FileType.Directory:
+                    waiting.append(info.path)
+                elif info.type == FileType.File and _is_log(info.base_name, suffixes):
                     yield _stored(info, options)
-    except OSError as error:
+    except (OSError, ValueError) as error:
         raise _missing(bare, " ".join(str(error).split())) from None
 
 
 def _stored(info: FileInfo, options: str) -> LogFile:
     modified_s = 0.0 if info.mtime is None else info.mtime.timestamp()
-    return LogFile(f"s3://{info.path}", options, info.size or 0, modified_s)
+    return LogFile(f"{_STORE}{info.path}", options, info.size or 0, modified_s)
 
 
 def _store(uri: str) -> tuple[Any, str]:
-    """The file system of a URI, and the path in it; pyarrow takes credentials from AWS_* and its other sources."""
-    from pyarrow import ArrowInvalid
+    """The file system of a URI that the user gave, and the path in it; pyarrow takes credentials from AWS_* and its
+    other sources."""
     from pyarrow.fs import FileSystem
 
-    try:
-        files, path = FileSystem.from_uri(uri)
-    except ArrowInvalid as error:
-        raise _missing(uri, " ".join(str(error).split())) from None
+    files, path = FileSystem.from_uri(uri)
     return files, path
 
 
@@ -195,24 +215,25 @@ def at_hand(log: LogFile) -> Iterator[tuple[Path, str]]:
         OncenterError: "unreadable_log": it cannot be read.
     """
     try:
-        if log.uri.startswith("s3://"):
+        if log.uri.startswith(_STORE):
             with _fetched(log) as fetched:
                 yield fetched
         else:
             with open_regular_file(log.uri) as file:
                 key = _key(_blocks(file))
             yield Path(log.uri), key
-    except OSError as error:
-        why = error.strerror or " ".join(str(error).split())
+    except (OSError, ValueError) as error:  # of pyarrow also for a key, of this machine for a zero byte in a name
+        why = getattr(error, "strerror", None) or " ".join(str(error).split())
         raise OncenterError(f"cannot read {printable_name(log.uri)}: {why}", code="unreadable_log") from None
 
 
 @contextmanager
 def _fetched(log: LogFile) -> Iterator[tuple[Path, str]]:
     """A copy with the log's name, whose suffix gives the format."""
-    files, path = _store(f"{log.uri}?{log.options}" if log.options else log.uri)
+    path = log.uri.removeprefix(_STORE)
+    files, _ = _store(f"{_STORE}{quote(path.partition('/')[0], safe='')}?{log.options}")
     with tempfile.TemporaryDirectory(prefix="oncenter-", ignore_cleanup_errors=True) as folder:
-        copy = Path(folder) / path.rpartition("/")[2]
+        copy = Path(folder) / file_stem(path.rpartition("/")[2][-_NAME_LENGTH:])
         with files.open_input_stream(path) as source, copy.open("wb") as target:
             key = _key(_copied(source, target))
         yield copy, key

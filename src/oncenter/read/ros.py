@@ -22,7 +22,8 @@ import numpy as np
 
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
-from oncenter.files.folder import BAG_PARTS
+from oncenter.files.folder import BAG_PARTS, leads_out
+from oncenter.files.regular_file import refuse_what_is_no_regular_file
 from oncenter.read.channels import (
     Channel,
     Content,
@@ -184,6 +185,10 @@ def _parts(path: Path) -> list[Path]:
             f"cannot read {path.name}: {packed[0]} is compressed as a whole; unpack it first: zstd -d {packed[0]}",
             code="unreadable_log",
         )
+    for part in parts:
+        refuse_what_is_no_regular_file(part, "part of a bag")
+        if leads_out(os.fspath(part), [os.path.realpath(path)]):
+            raise OncenterError(f"{part} is a link that leads out of the bag: copy the file", code="unreadable_log")
     return parts
 
 

@@ -6,15 +6,17 @@ import gzip
 import json
 import os
 import struct
+import tomllib
 import zlib
 from collections.abc import Sequence
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from asammdf import MDF, Signal
 from base_logs import VEHICLE
-from watched import Ended, oncenter, watch
+from watched import LARGE_MIB, Ended, oncenter, watch
 
 from oncenter.simulate import simulate_to_log
 
@@ -306,3 +308,89 @@ def test_a_named_pipe_as_dbc_does_not_block(tmp_path: Path) -> None:
     os.mkfifo(pipe)
     log.write_text("(1700000000.123456) can0 18F0093E#697D7F637D577F7D\n" * 10)
     refused(watch(oncenter("offset", log, "--vehicle", VEHICLE, "--dbc", pipe, "--json")), exit_code=2)
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Other verbs that read a log
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def written(folder: Path, *arguments: str | Path) -> Ended:
+    """A new vehicle file in the folder."""
+    values = ("--wheelbase-m", "3.7", "--steering-ratio", "19")
+    return watch(oncenter("vehicle", "new", folder / "new.toml", *values, *arguments))
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device", "bomb"])
+def test_a_new_vehicle_file_is_written_from_no_hostile_log(kind: str, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv.gz"
+    if kind == "pipe":
+        os.mkfifo(log)
+    elif kind == "device":
+        log.symlink_to("/dev/zero")
+    else:
+        log.write_bytes(gzip.compress(f"{CSV_HEADER}\n".encode()) + gzip.compress(bytes(10_000_000), 9) * 400)
+    ended = written(tmp_path, "--log", log)
+    assert (ended.code, ended.err.count("\n")) == (1, 1) and ended.peak_mib < LARGE_MIB
+    assert not (tmp_path / "new.toml").exists()
+
+
+def test_names_that_no_vehicle_file_can_hold_are_not_proposed(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    odd = ("yaw_rate\x7f_deg_s", "\x1b[31mlateral acceleration [m/s2]", "vehicle speed" + "_" * 300)
+    log.write_text(f"time_s,steering_wheel_angle_deg,{','.join(odd)}\n" + "0,0,0,0,0\n" * 3)
+    ended = written(tmp_path, "--log", log)
+    assert (ended.harm, ended.code) == ("", 0)
+    proposed = tomllib.loads((tmp_path / "new.toml").read_text())["signals"]
+    assert list(proposed) == ["steering_wheel_angle"]
+
+
+def test_a_vehicle_file_that_could_not_be_read_again_is_not_written(tmp_path: Path) -> None:
+    ended = written(tmp_path, "--signal", "yaw_rate=a\x7fb,deg_s")
+    assert (ended.harm, ended.code) == ("", 2)
+    assert "contains a control character" in ended.err and not (tmp_path / "new.toml").exists()
+
+
+def test_a_database_of_20_000_similar_names_is_proposed_from_in_time(tmp_path: Path) -> None:
+    names = [f"YawRate_{k}" for k in range(8)]
+    signals = "\n".join(f' SG_ {name} : {8 * k}|8@1+ (0.1,0) [0|25] "deg/s" A' for k, name in enumerate(names))
+    messages = "\n\n".join(f"BO_ {(1 << 31) + 256 * k} M{k}: 8 A\n{signals}" for k in range(2500))
+    (tmp_path / "bus.dbc").write_text(f'VERSION ""\n\nBU_: A\n\n{messages}\n')
+    ended = written(tmp_path, "--dbc", tmp_path / "bus.dbc")
+    assert (ended.code, ended.out.splitlines()[-1][:5]) == (0, "wrote") and ended.cpu_s < 20.0
+
+
+# ---------------------------------------------------------------------------------------------------------------------
+# Logs that name other files
+# ---------------------------------------------------------------------------------------------------------------------
+
+
+def test_a_pipe_among_the_parts_of_a_bag_does_not_block(tmp_path: Path) -> None:
+    (tmp_path / "metadata.yaml").touch()
+    os.mkfifo(tmp_path / "part_0.mcap")
+    refused(answered(tmp_path))
+
+
+def test_a_part_of_a_bag_is_no_link_to_another_folder(tmp_path: Path) -> None:
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag" / "metadata.yaml").touch()
+    (tmp_path / "away.mcap").write_bytes(b"\x89MCAP0\r\n")
+    (tmp_path / "bag" / "part_0.mcap").symlink_to("../away.mcap")
+    assert refused(answered(tmp_path / "bag")) == "unreadable_log"
+    assert "leads out of the bag" in answered(tmp_path / "bag").err
+
+
+@pytest.mark.parametrize("target", ["pipe", "secret"])
+def test_the_references_of_a_mat_file_are_read_from_no_other_file(target: str, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "secret").write_bytes(bytes(80))
+    log = tmp_path / "log.mat"
+    with h5py.File(log, "w", userblock_size=512) as file:
+        struct = file.create_group("s")
+        struct.attrs["MATLAB_class"] = np.bytes_("struct")
+        elsewhere = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        elsewhere.set_external(os.fsencode(tmp_path / target), 0, 80)
+        space = h5py.h5s.create_simple((10, 1))
+        h5py.h5d.create(struct.id, b"x", h5py.h5t.STD_REF_OBJ, space, elsewhere)
+    ended = answered(log)
+    assert refused(ended) != "reader_time" and "reference" not in ended.err

@@ -125,3 +125,11 @@ def test_the_header_comment_of_an_mf4_gives_the_truck(fleet: Path, tmp_path: Pat
     assert oc.read(log).vin == VIN
     row = Work(Trucks(fleet / "vehicles"))(LogFile(str(log), "", log.stat().st_size, 1.0))
     assert row["truck"] == VIN
+
+
+def test_a_vin_longer_than_a_truck_may_send_is_none(tmp_path: Path) -> None:
+    for length, vin in ((200, "V" * 200), (201, None)):
+        log = tmp_path / f"{length}.csv"
+        rows = "".join(f"{k / 10},{k % 7},{'V' * length}\n" for k in range(50))
+        log.write_text(f"time_s,steering_wheel_angle_deg,vin\n{rows}")
+        assert oc.read(log).vin == vin

@@ -40,6 +40,11 @@ def read_toml(file: str | os.PathLike[str], what: str, *, code: str) -> dict[str
         raise refusal(f"{what} is not TOML: {error}", code) from None
     except ValueError as error:  # a zero byte in the path
         raise refusal(f"{what} cannot be read: {error}", code) from None
+    return parsed_toml(text, what, code=code)
+
+
+def parsed_toml(text: str, what: str, *, code: str) -> dict[str, Any]:
+    """The tables of a TOML text; as `read_toml`."""
     if _LONG_KEY.search(text):
         raise refusal(f"{what} has a key of more than {_KEY_PARTS_MAX} parts", code)
     try:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from oncenter.account import Account
 from oncenter.files.child import ChildDied, Send, borrowed, limits_for
 from oncenter.files.log_formats import READER
+from oncenter.read.named import Named
 from oncenter.signals import SignalName, Signals, Source
 
 if TYPE_CHECKING:
@@ -59,6 +60,26 @@ def frames(path: Path, notes: list[str]) -> Generator[Frames, None, None]:
             notes += header.get("notes", ())
             if payload:
                 yield _as_frames(header["count"], payload)
+
+
+def names_in(log: Path | None, dbc: Sequence[Path]) -> tuple[list[Named], list[Named]]:
+    """The columns of a log that is a table, and the signals of databases.
+
+    Args:
+        log: a regular file, or the folder of a bag.
+        dbc: the databases.
+
+    Raises:
+        OncenterError: as `oncenter.read`, for the log or for a database.
+    """
+    files = (*([] if log is None else [log]), *dbc)
+    if not files:
+        return [], []
+    request = {"names_in": None if log is None else os.fspath(log), "dbc": [os.fspath(file) for file in dbc]}
+    with borrowed(READER) as child, _named(files[0]):
+        *_, (header, _) = child.ask(request, limits_for(sum(map(_size, files))))
+    columns, signals = ([Named(**each) for each in header[kind]] for kind in ("columns", "signals"))
+    return columns, signals
 
 
 @contextlib.contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ def _answer(request: Mapping[str, Any], send: Send) -> None:
     from oncenter.read.apart import sent, sent_frames
     from oncenter.read.frames_of_log import frames_of_log
     from oncenter.read.here import read_here
+    from oncenter.read.named import columns_of_log, signals_of
     from oncenter.signals import SignalName
 
     def progress(fraction: float) -> None:
@@ -23,6 +25,14 @@ def _answer(request: Mapping[str, Any], send: Send) -> None:
         for frames in frames_of_log(Path(request["frames"]), notes, progress):
             sent_frames(frames, send)
         send({"notes": notes, "last": True})
+        return
+    if "names_in" in request:
+        log = request["names_in"]
+        found = {
+            "columns": () if log is None else columns_of_log(Path(log)),
+            "signals": signals_of([Path(file) for file in request["dbc"]]),
+        }
+        send({**{kind: list(map(asdict, names)) for kind, names in found.items()}, "last": True})
         return
     names = {signal: SignalName(**name) for signal, name in request["names"].items()}
     dbc = [Path(file) for file in request["dbc"]]

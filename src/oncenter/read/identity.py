@@ -22,6 +22,7 @@ _ANNOUNCED = (0x20, 0x10)  # control bytes of a broadcast and of a request to se
 _PER_PACKET = 7  # bytes
 PGNS = frozenset((_VEHICLE_IDENTIFICATION, _CONNECTION, _TRANSFER))
 _VIN_NAME = "vin"
+_VIN_MAX = 200  # characters, by J1939-71 (SPN 237); ISO 3779 has 17
 _START_NAMES = ("start_time", "start_time_s")
 
 
@@ -113,6 +114,6 @@ def _taken(pgn: int, between: int, data: bytes, open_messages: dict[int, tuple[i
 
 
 def _plain(vin: str | None) -> str | None:
-    """The VIN without terminator and padding; None unless letters and digits are left."""
+    """The VIN without terminator and padding; None unless letters and digits are left, as many as a truck may send."""
     text = (vin or "").split("*")[0].strip("\0 \xff").strip()
-    return text if text and text.isascii() and text.isalnum() else None
+    return text if text.isascii() and text.isalnum() and len(text) <= _VIN_MAX else None

@@ -50,13 +50,18 @@ def _value(file: Any, found: Any, budget: Budget) -> Value:
         return Opaque(kind)
     if isinstance(found, h5py.Group):
         return _struct(file, found, budget)
-    if not isinstance(found, h5py.Dataset) or found.is_virtual or found.external or "MATLAB_empty" in found.attrs:
+    if not isinstance(found, h5py.Dataset) or "MATLAB_empty" in found.attrs or not _is_inside(found):
         return None
     if kind == "char":
         return "".join(map(chr, np.ravel(found[()]).tolist()))
     if kind == "cell" or found.dtype.kind not in "biuf":
         return None
     return np.asarray(found[()]).T
+
+
+def _is_inside(dataset: Any) -> bool:
+    """Whether the values of a dataset are in this file: reading others opens the files that it names."""
+    return not (dataset.is_virtual or dataset.external)
 
 
 def _struct(file: Any, group: Any, budget: Budget) -> Value:
@@ -66,6 +71,7 @@ def _struct(file: Any, group: Any, budget: Budget) -> Value:
     members = [group[name] for name in group if isinstance(group.get(name, getlink=True), h5py.HardLink)]
     are_references = [
         isinstance(member, h5py.Dataset)
+        and _is_inside(member)
         and h5py.check_ref_dtype(member.dtype) is h5py.Reference
         and "MATLAB_class" not in member.attrs
         for member in members

@@ -8,10 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from oncenter.errors import OncenterError
-from oncenter.files.toml_file import refusal
+from oncenter.files.toml_file import parsed_toml
+from oncenter.read import refuse_unreadable
+from oncenter.read.apart import names_in
 from oncenter.vehicle import vehicle_from
 from oncenter.vehicle_file.check import NEEDED
-from oncenter.vehicle_file.proposals import Named, Proposal, proposals, signals_of_database
+from oncenter.vehicle_file.proposals import Proposal, proposals
 from oncenter.vehicle_file.written import vehicle_text
 
 
@@ -30,9 +32,9 @@ def new_vehicle_file(output: Path, values: Mapping[str, Any], proposed: Sequence
     if "dbc" in named:
         named["dbc"] = [_from_folder(output.parent, path) for path in named["dbc"]]
     vehicle_from(named, str(output))
-    if not str(named["name"]).isprintable():
-        raise refusal(f"vehicle file {output}: 'name' holds a control character", "vehicle_file")
-    return vehicle_text(named, proposed)
+    text = vehicle_text(named, proposed)
+    vehicle_from(parsed_toml(text, f"vehicle file {output}", code="vehicle_file"), str(output))  # as it will be read
+    return text
 
 
 def _from_folder(folder: Path, path: str) -> str:
@@ -55,16 +57,12 @@ def proposals_for(
     Raises:
         OncenterError: a file cannot be read.
     """
-    from oncenter.read.tabular import column_units
-
-    columns = {} if log is None else column_units(log)
-    log_name = "" if log is None else log.name
-    there = [Named(name, unit, file=log_name) for name, unit in columns.items()]
-    for path in databases:
-        there += signals_of_database(path)
-    proposed = proposals(there)
-    if not there:
+    if log is not None and not os.path.isdir(log):
+        refuse_unreadable(log)
+    columns, signals = names_in(log, databases)
+    if not columns and not signals:
         return [], []
+    proposed = proposals([*columns, *signals])
     if log is None or columns:
         return proposed, _not_found({*given, *(each.signal for each in proposed)})
     return _in_log(log, databases, proposed, given)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
+from oncenter.read.named import Named
 from oncenter.read.parts import parts_of
 from oncenter.read.units import factors, is_unit, unit_by_suffix, unit_key
 from oncenter.signals import SignalName
@@ -38,6 +38,8 @@ _PATTERNS: Mapping[str, tuple[str, ...]] = {
     "steering_wheel_torque": (r"\b(st|str|steer|steering|lenk|hand|driver)\w* ?(wheel )?(trq|tq|torque|moment)",),
 }
 _NAME_MAX = 100  # characters that are looked at
+_OTHERS_MAX = 20  # further candidates of a signal
+_BESIDE_MAX = 1000  # names of a message, or columns of a table
 _USUAL_UNITS = ("deg", "deg_s", "km_h", "m_s2", "nm")  # of files whose unit is unclear
 # Words of status, quality and calibration signals, and of signals beside the wanted one.
 _NOT = re.compile(
@@ -47,16 +49,6 @@ _NOT = re.compile(
 )
 _SIGN_WORDS = frozenset(("sign", "vz"))  # VZ: Vorzeichen
 _NOT_ANGLE = re.compile(r"\b(rate|speed|spd|vel|geschw\w*|turn|cntr)\b")
-
-
-@dataclass(frozen=True)
-class Named:
-    """A signal of a database, or a column of a table, as its file names it."""
-
-    name: str  # "ESP.YawRate", or the column
-    unit: str  # as written in the file; empty where it has none
-    comment: str = ""
-    file: str = ""  # its file
 
 
 @dataclass(frozen=True)
@@ -93,30 +85,33 @@ class Proposal:
         return {"name": name.name, "unit": name.unit, "sign": name.sign, **parts_of(name)}
 
 
-def proposals(there: Iterable[Named]) -> list[Proposal]:
-    """At most one proposal for each signal: the most specific name whose unit fits, of equal ones the first; the other
+def proposals(there: Sequence[Named]) -> list[Proposal]:
+    """At most one proposal for each signal: the most specific name whose unit fits, of equal ones the first; the next
     names that fit are its `others`."""
-    candidates = list(there)
+    beside: dict[tuple[str, str], list[Named]] = {}  # by message and file
+    for each in there:
+        beside.setdefault(_place(each), []).append(each)
+    words = [(each, _words_of(each.name.rpartition(".")[2])) for each in there]
     found = []
     for signal in _PATTERNS:
-        ranked = [(rank, each) for each in candidates if (rank := _rank(signal, each)) is not None]
+        ranked = [(rank, each) for each, its in words if (rank := _rank(signal, each, its)) is not None]
         if ranked:
-            in_order = [each for _, each in sorted(ranked, key=lambda pair: pair[0])]
-            best, *others = (_proposal(signal, each, candidates) for each in in_order)
+            in_order = [each for _, each in sorted(ranked, key=lambda pair: pair[0])[: 1 + _OTHERS_MAX]]
+            best, *others = (_proposal(signal, each, beside[_place(each)]) for each in in_order)
             found.append(replace(best, others=tuple(others)))
     return found
 
 
-def _proposal(signal: str, named: Named, candidates: Sequence[Named]) -> Proposal:
+def _place(named: Named) -> tuple[str, str]:
+    return named.name.rpartition(".")[0], named.file
+
+
+def _proposal(signal: str, named: Named, beside: Sequence[Named]) -> Proposal:
     """With the sign of a magnitude and the fraction of a coarse value, where the same message has them."""
-    message = named.name.rpartition(".")[0]
     words = set(_words_of(named.name.rpartition(".")[2]).split())
     sign_by = plus = None
-    for other in candidates:
-        its_message, _, its_name = other.name.rpartition(".")
-        its_words = set(_words_of(its_name).split())
-        if its_message != message or other.file != named.file:
-            continue
+    for other in beside[:_BESIDE_MAX]:
+        its_words = set(_words_of(other.name.rpartition(".")[2]).split())
         if its_words & _SIGN_WORDS and its_words - _SIGN_WORDS == words:
             sign_by = other.name
         if "fraction" in its_words and its_words - {"fraction"} <= words:
@@ -124,23 +119,8 @@ def _proposal(signal: str, named: Named, candidates: Sequence[Named]) -> Proposa
     return Proposal(signal, named, _unit(signal, named), sign_by=sign_by, plus=plus)
 
 
-def signals_of_database(path: Path) -> Iterator[Named]:
-    """All signals of a CAN database.
-
-    Raises:
-        OncenterError: as `oncenter.read.database_file.messages_of`.
-    """
-    from oncenter.read.database_file import messages_of
-
-    for message in messages_of(path):
-        for layout in message.signals:
-            comment = " ".join((layout.comment or "").split())[:80]
-            yield Named(f"{message.name}.{layout.name}", layout.unit or "", comment, path.name)
-
-
-def _rank(signal: str, named: Named) -> tuple[int, bool] | None:
-    """The less the better; None where the name or the unit is of something else."""
-    words = _words_of(named.name.rpartition(".")[2])
+def _rank(signal: str, named: Named, words: str) -> tuple[int, bool] | None:
+    """The less the better; None where the name or the unit is of something else. `words` are those of its name."""
     if _NOT.search(words) or (signal == "steering_wheel_angle" and _NOT_ANGLE.search(words)):
         return None
     unit = _unit(signal, named)

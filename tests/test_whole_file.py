@@ -93,15 +93,39 @@ def test_content_is_flushed_before_the_rename_and_the_folder_after_it(
 
 
 @pytest.mark.parametrize("is_there", [True, False])
-def test_a_link_stays_a_link_and_the_file_it_points_to_is_written(is_there: bool, page: Path, tmp_path: Path) -> None:
+def test_a_link_is_not_followed_and_its_target_is_named(is_there: bool, page: Path, tmp_path: Path) -> None:
+    """In a shared folder it may be another user's, and lead to any file of this one."""
     if not is_there:
         page.unlink()
     link = tmp_path / "links" / "link.html"
     link.parent.mkdir()
     link.symlink_to("../page.html")
+    for write in (check_place, lambda path: write_whole(path, "new")):
+        with refused(link, f"it is a link; name the file to which it leads: {page}"):
+            write(link)
+    assert link.is_symlink() and page.exists() == is_there
+    assert not is_there or page.read_text() == "old"
+
+
+def test_a_link_that_takes_the_place_of_the_file_meanwhile_is_not_followed(page: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out.html"
+    with refused(out, "it is a link"), whole_file(out) as unfinished:
+        unfinished.write_text("new")
+        out.symlink_to(page)
+    assert page.read_text() == "old"
+    assert sorted(os.listdir(tmp_path)) == ["out.html", "page.html"]
+
+
+@pytest.mark.posix
+def test_a_link_of_another_user_to_a_device_is_not_followed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    link = tmp_path / "null.html"
+    link.symlink_to(os.devnull)
     write_whole(link, "new")
-    assert link.is_symlink() and page.read_text() == "new"
-    assert os.listdir(link.parent) == [link.name]
+    if os.geteuid() == 0:
+        os.chown(link, 12345, 12345, follow_symlinks=False)
+    monkeypatch.setattr(os, "geteuid", lambda: 54321)
+    with refused(link, "it is a link"):
+        write_whole(link, "new")
 
 
 @pytest.mark.posix
@@ -148,7 +172,7 @@ def test_impossible_paths_are_refused_before_anything_is_written(page: Path, tmp
     for name, why in (
         (".", "it is a folder"),
         ("nowhere/page.html", "there is no folder"),
-        ("to_nowhere", "there is no folder"),
+        ("to_nowhere", "it is a link"),
         ("page.html/page.html", "Not a directory"),
         ("loop", "symbolic links"),
         ("s", "it is not a file"),

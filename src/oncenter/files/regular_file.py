@@ -12,6 +12,7 @@ from oncenter.errors import LOG_CANNOT_BE_ANSWERED, OncenterError
 _AnyPath = str | os.PathLike[str]
 
 O_BINARY = getattr(os, "O_BINARY", 0)  # without it Windows converts line ends, and treats Ctrl-Z as end of file
+O_NOFOLLOW = getattr(os, "O_NOFOLLOW", 0)  # a symbolic link is an error
 O_NONBLOCK = getattr(os, "O_NONBLOCK", 0)  # opening a pipe without a partner returns at once
 
 

@@ -4,6 +4,8 @@ The new content is written to a hidden file beside the path, flushed to the disk
 disk, a kill or a power cut the path therefore holds the complete old or the complete new file. A kill may leave the
 hidden file behind; `remove_unfinished` deletes such files in a folder that no other process writes to.
 
+A symbolic link at the path is refused, not followed: in a shared folder it may be another user's, and lead to any file.
+
 Windows does not rename over a file that is open in a program: the old file then stays, and the error says so.
 """
 
@@ -49,9 +51,9 @@ def check_place(path: str | os.PathLike[str]) -> None:
 def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Gives the path of a new empty file, whose content replaces the file at `path` when the block ends.
 
-    If the block raises, the file at `path` stays unchanged. A symbolic link at `path` stays a link, and an existing
-    file keeps its owner and mode. For a pipe with a reader, a character device or this process's standard output, the
-    content is copied, since they cannot be replaced by a rename.
+    If the block raises, the file at `path` stays unchanged. An existing file keeps its owner and mode. For a pipe with
+    a reader, a character device or this process's standard output, the content is copied, since they cannot be
+    replaced by a rename.
 
     Args:
         path: of the file to write; the given path ends in the same suffix.
@@ -64,7 +66,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         there = _status(path)
         is_renamed_over = there is None or (stat.S_ISREG(there.st_mode) and not _is_stdout(there))
-        with _beside(Path(os.path.realpath(path))) if is_renamed_over else _copied_through(Path(path)) as unfinished:
+        with _beside(Path(path)) if is_renamed_over else _copied_through(Path(path)) as unfinished:
             yield unfinished
     except Exception as error:
         import polars as pl  # late import: it takes longer than writing most files
@@ -103,10 +105,25 @@ class _IsOpen(PermissionError):
 
 
 def _status(path: str | os.PathLike[str]) -> os.stat_result | None:
+    """None where nothing is. Of links only one to a device, a pipe or standard output is followed, as /dev/stdout, and
+    only if it is this user's or the system's.
+
+    Raises:
+        OncenterError: another link.
+    """
     try:
-        return Path(path).stat()
+        own = os.lstat(path)
     except FileNotFoundError:
         return None
+    if not stat.S_ISLNK(own.st_mode):
+        return own
+    target = os.path.realpath(path)
+    with suppress(FileNotFoundError):
+        there = os.stat(path)
+        is_regular = stat.S_ISREG(there.st_mode) and not _is_stdout(there)
+        if not is_regular and (sys.platform == "win32" or own.st_uid in (0, os.geteuid())):
+            return there
+    raise _refusal(path, f"it is a link; name the file to which it leads: {target}")
 
 
 def _check_existing(path: str | os.PathLike[str], there: os.stat_result) -> None:
@@ -119,8 +136,7 @@ def _check_existing(path: str | os.PathLike[str], there: os.stat_result) -> None
 
 
 def _check_folder(path: str | os.PathLike[str]) -> None:
-    """Checks the folder of the file itself if the path is a link."""
-    folder = Path(os.path.realpath(path)).parent
+    folder = Path(path).parent
     if not folder.exists():
         raise _refusal(path, f"there is no folder {folder}")
     if not folder.is_dir():

@@ -1,6 +1,7 @@
 """Before and after: what a calibration or a repair changed, how sure, and what to do next."""
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ from test_estimate import steady_drive
 
 import oncenter as oc
 from oncenter.cli import run
-from oncenter.offset.compare import compared, offset_of
+from oncenter.offset.compare import compared, offset_of, read_answer
 
 TRUCK = "scania_r730_4x2"
 
@@ -124,7 +125,10 @@ def test_two_trucks_two_methods_or_one_drive_twice_are_refused(other: dict[str, 
         (b'{"schema": "oncenter/offset-2"}', "wrong or missing: 'offset'"),
         (b'{"schema": "oncenter/error-1", "message": "no such log"}', "it holds an error: no such log"),
         (b'{"schema": "oncenter/offset-2", "offset": {"value": NaN}}', "NaN"),
-        (b"[1]", "its schema is None"),
+        (b"[1]", "it has no schema"),
+        (b'{"schema": [' + b"[" * 400 + b"]" * 400 + b"]}", "it has no schema"),
+        (b'{"schema": "' + b"x" * 100_000 + b'"}', "its schema is 'xxx"),
+        (b'{"schema": "oncenter/error-1", "message": {}}', "it holds an error"),
         (None, "No such file"),
     ],
 )
@@ -139,6 +143,21 @@ def test_a_file_that_is_no_answer_is_refused_in_one_line(
     assert said.count("\n") == 1
     assert str(file) in said
     assert why in said
+
+
+@pytest.mark.parametrize(
+    "number", ["1" + "0" * 400, "-1" + "0" * 400, "1e400", "-1e400", "1e300", "NaN", "-Infinity", '"3"']
+)
+@pytest.mark.parametrize("place", ["value", "ci95", "ci95_drive", "limit_deg", "sd_deg", "sd_m_s2"])
+def test_a_number_that_no_answer_has_is_refused_wherever_it_stands(place: str, number: str, tmp_path: Path) -> None:
+    text = json.dumps(answer_json(3.0, log="a.log") | {"limit_deg": 2.0})
+    changed = re.sub(rf'("{place}": \[?)[-+.\de]+', rf"\g<1>{number}", text)
+    assert changed != text
+    (tmp_path / "answer.json").write_text(changed)
+    with pytest.raises(oc.OncenterError) as refused:
+        offset_of(read_answer(tmp_path / "answer.json"), "answer.json")
+    assert (refused.value.code, refused.value.exit_code) == ("not_an_answer", 2)
+    assert len(str(refused.value)) < 400
 
 
 def test_two_logs_and_their_two_answers_give_the_same_comparison(

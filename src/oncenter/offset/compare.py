@@ -17,11 +17,12 @@ from datetime import datetime
 from typing import Any, Literal, NoReturn, cast
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.file_name import printable
 from oncenter.files.regular_file import read_regular_file
 from oncenter.offset.answer import SCHEMAS, Answer
 from oncenter.truck.zero import Zero
 from oncenter.utc import iso
-from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
+from oncenter.vehicle_keys import OFFSET_LIMIT_DEG, OFFSET_LIMIT_MAX_DEG, OFFSET_LIMIT_MIN_DEG
 from oncenter.verdict.decision import Case, decide, is_whole_turns
 from oncenter.verdict.numbers import Shown, shown
 from oncenter.verdict.offset import turns_words
@@ -35,6 +36,8 @@ _ORDER = "drive_order"  # code of errors
 _VARIES = "mean_wind"  # of the causes the one that differs from drive to drive
 _NOT_FIXED = ("relative_angle_sensor", "zero_differs_at_starts", "zero_moves")  # codes of findings
 _FORMER = {"no_verdict": "check_signal"}  # codes of a verdict in answers of former versions
+_NUMBER_MAX = 1e9  # deg, or m/s^2: no answer is near it, and its square is a number
+_QUOTED_MAX = 200  # characters of a file's text in a message
 _BYTES_MAX = 16 << 20  # of an answer's file; one with a hundred changes and findings has 60 kB
 
 
@@ -152,7 +155,7 @@ class Comparison:
         for name, offset in _named(self):
             word = STATES[offset.code(self.limit_deg)].word
             value = "no offset" if offset.value_deg is None else str(offset.shown(self.limit_deg))
-            lines.append(f"  {name:8}{value:24}{offset.status:14}{word:18}{offset.log}")
+            lines.append(f"  {name:8}{value:24}{offset.status:14}{word:18}{printable(offset.log)}")
         if self.change_deg is not None and self.half_width_deg is not None:
             lines.append(f"  {'change':8}{_signed(self.change_deg)} ± {_width(self.half_width_deg)} deg")
         shared = _width(self.shared_half_width_deg)
@@ -243,14 +246,17 @@ def offset_of(answer: Any, name: str) -> Offset:
         OncenterError: "not_an_answer", exit code 2: it is another object.
     """
     schema = answer.get("schema") if isinstance(answer, Mapping) else None
+    schema = schema if isinstance(schema, str) else None
     if schema == "oncenter/error-1":
-        raise _not_an_answer(name, f"it holds an error: {answer.get('message')}")
+        message = answer.get("message")
+        raise _not_an_answer(name, f"it holds an error: {message[:_QUOTED_MAX] if isinstance(message, str) else ''}")
     if schema not in _SCHEMAS:
-        raise _not_an_answer(name, f"its schema is {schema!r}, not {' or '.join(_SCHEMAS)}")
+        has = "it has no schema" if schema is None else f"its schema is {schema[:_QUOTED_MAX]!r}"
+        raise _not_an_answer(name, f"{has}, not {' or '.join(_SCHEMAS)}")
     try:
         return _offset(answer)
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-        raise _not_an_answer(name, f"wrong or missing: {error}") from None
+    except (KeyError, TypeError, ValueError, ArithmeticError, AttributeError, IndexError) as error:
+        raise _not_an_answer(name, f"wrong or missing: {str(error)[:_QUOTED_MAX]}") from None
 
 
 def _not_an_answer(name: str, why: str) -> OncenterError:
@@ -264,26 +270,58 @@ def _not_an_answer(name: str, why: str) -> OncenterError:
 def _offset(answer: Mapping[str, Any]) -> Offset:
     offset, start = answer["offset"], answer.get("start_time")
     interval = offset.get("ci95_drive") or offset["ci95"]
-    value = None if offset["value"] is None or interval is None else float(offset["value"])
+    value = None if offset["value"] is None or interval is None else _number(offset["value"])
     causes = {
-        str(cause["cause"]): (float(cause["sd_m_s2"]), float(cause["sd_deg"]))
+        _text(cause["cause"]): (_number(cause["sd_m_s2"]), _number(cause["sd_deg"]))
         for cause in offset.get("not_identifiable", ())
     }
     return Offset(
-        log=str(answer["log"]),
-        vehicle=str(answer["vehicle"]),
-        vin=answer.get("vin"),
-        method=str(answer["method"]),
+        log=_text(answer["log"]),
+        vehicle=_text(answer["vehicle"]),
+        vin=None if answer.get("vin") is None else _text(answer["vin"]),
+        method=_text(answer["method"]),
         value_deg=value,
-        half_width_deg=math.inf if value is None else 0.5 * (float(interval[1]) - float(interval[0])),
-        status=str(offset["status"]),
+        half_width_deg=math.inf if value is None else 0.5 * (_ends(interval)[1] - _ends(interval)[0]),
+        status=_text(offset["status"]),
         causes=causes,
-        limit_deg=float(answer.get("limit_deg") or OFFSET_LIMIT_DEG),
-        whole_deg=None if offset["ci95"] is None else (float(offset["ci95"][0]), float(offset["ci95"][1])),
+        limit_deg=_limit(answer.get("limit_deg")),
+        whole_deg=None if offset["ci95"] is None else _ends(offset["ci95"]),
         verdict=_verdict_in(answer),
         is_fixed=not any(finding["code"] in _NOT_FIXED for finding in answer.get("findings", ())),
         start_s=None if start is None else datetime.fromisoformat(start).timestamp(),
     )
+
+
+def _number(given: object) -> float:
+    """
+    Raises:
+        ValueError: it is none, or one that no answer has: NaN, infinite or huge.
+    """
+    if not isinstance(given, int | float) or isinstance(given, bool) or not abs(given) <= _NUMBER_MAX:
+        raise ValueError("a number that no answer has")
+    return float(given)
+
+
+def _text(given: object) -> str:
+    if not isinstance(given, str):
+        raise ValueError("a text that is none")
+    return given
+
+
+def _ends(given: Any) -> tuple[float, float]:
+    low, high = map(_number, given)
+    if low > high:
+        raise ValueError("an interval whose lower end is above the upper one")
+    return low, high
+
+
+def _limit(given: object) -> float:
+    if given is None:
+        return OFFSET_LIMIT_DEG
+    limit_deg = _number(given)
+    if not OFFSET_LIMIT_MIN_DEG <= limit_deg <= OFFSET_LIMIT_MAX_DEG:
+        raise ValueError(f"a limit of {limit_deg:g} deg")
+    return limit_deg
 
 
 def in_order(one: Offset, other: Offset) -> tuple[Offset, Offset]:

@@ -16,7 +16,9 @@ from drive_frames import candump, drive
 from real_data import real_drive
 from test_estimate import steady_drive
 
+import oncenter as oc
 from oncenter.cli import run
+from oncenter.signals import SignalName
 
 TRUCK = "scania_r730_4x2"
 
@@ -530,3 +532,46 @@ def test_a_log_whose_name_is_not_valid_text_is_answered_like_any_other(drive_csv
     assert "bad\\udcff.csv" in (tmp_path / "page.html").read_text(encoding="utf-8")
     done = in_a_shell(f"{answer} --json", tmp_path)
     assert json.loads(done.stdout)["log"] == name
+
+
+_CONTROL = "\x1b]0;owned\x07\x9b31m\N{RIGHT-TO-LEFT OVERRIDE}"
+_TITLE = r"\x1b]0;owned\x07\xc2\x9b31m\xe2\x80\xae"  # as it is printed
+
+
+@pytest.mark.posix
+@pytest.mark.parametrize(
+    "words",
+    [
+        "signals LOG",
+        "signals LOG --json",
+        f"offset LOG --vehicle {TRUCK} --json",
+        f"offset LOG LOG --vehicle {TRUCK} --each",
+        f"offset LOG LOG --vehicle {TRUCK} --each --json",
+        f"angle LOG --vehicle {TRUCK}",
+        "reference LOG",
+        f"compare LOG LOG --vehicle {TRUCK}",
+        "explain LOG",
+        "LOG",
+    ],
+)
+def test_a_name_can_neither_control_a_terminal_nor_begin_a_line(
+    words: str, drive_csv: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = tmp_path / f"log{_CONTROL}\nwarning: forged.csv"
+    log.symlink_to(drive_csv)
+    run([str(log) if word == "LOG" else word for word in words.split()])
+    out, err = capsys.readouterr()
+    assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202e]", out + err)
+    assert not any(line.startswith("warning: forged") for line in (out + err).splitlines())
+    if "--json" in words:
+        given = json.loads(out)
+        assert str(log) in (given.get("log"), *(each["log"] for each in given.get("answers", ())))
+    elif words.startswith(("signals", "offset")):
+        assert _TITLE in out
+
+
+def test_a_column_can_not_control_a_terminal(drive_csv: Path, tmp_path: Path) -> None:
+    column = f"yaw{_CONTROL}\nwarning: forged"
+    pl.read_csv(drive_csv).rename({"yaw_rate_rad_s": column}).write_csv(tmp_path / "odd.csv")
+    drive = oc.read(tmp_path / "odd.csv", names={"yaw_rate": SignalName(column, "rad_s")})
+    assert drive.sources["yaw_rate"].description == rf"column yaw{_TITLE}\x0awarning: forged"

@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any, Concatenate, NamedTuple, ParamSpec, TypeVar
 
+from oncenter.files.file_name import printable
+
 P = ParamSpec("P")
 Found = TypeVar("Found")  # a finding, or a list of them, or None
 
@@ -93,9 +95,9 @@ class Kind(NamedTuple):
     def __call__(
         self, text: str, value: float | None = None, *, severity: str | None = None, unit: str | None = None
     ) -> Finding:
-        """A finding of this kind; `severity` and `unit` where they are not the usual ones."""
+        """A finding of this kind; `severity` and `unit` where they are not the usual ones. The text may name files."""
         unit = None if value is None else unit or self.unit
-        return Finding(self.code, severity or self.severity, text, value, unit)
+        return Finding(self.code, severity or self.severity, printable(text), value, unit)
 
 
 def finding(

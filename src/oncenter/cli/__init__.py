@@ -16,6 +16,7 @@ from typing import Any, TextIO
 
 from oncenter.errors import INTERRUPTED, LOG_CANNOT_BE_ANSWERED, STATUS_TO_FAIL_ON, WRONG_USAGE, OncenterError
 from oncenter.files.child import begin, collect_rarely
+from oncenter.files.file_name import printable, printable_json, printable_lines
 from oncenter.files.log_formats import READ_HERE, READER, SUFFIXES
 
 _READING = ("offset", "angle", "reference", "signals")  # the commands that read logs one by one
@@ -59,7 +60,8 @@ def _speak_utf8_on_windows() -> None:
 
 class _Output(io.StringIO):
     """The output of a command. It goes to standard output when it is flushed, which typer.echo does: an answer is out
-    before a report is written, and stays the only object if that report then fails.
+    before a report is written, and stays the only object if that report then fails. Names of files, columns and
+    trucks may hold characters that control a terminal: they become escapes here, whichever command prints them.
 
     Attributes:
         as_json: whether an error is printed as an object, too.
@@ -72,7 +74,7 @@ class _Output(io.StringIO):
         self._out, self.as_json, self.is_begun, self.exit_code = out, as_json, False, 0
 
     def flush(self) -> None:
-        text = self.getvalue()
+        text = printable_json(self.getvalue()) if self.as_json else printable_lines(self.getvalue())
         self.seek(0)
         self.truncate()
         self.is_begun = self.is_begun or bool(text)
@@ -144,7 +146,7 @@ def _fail(message: str, code: str, exit_code: int, needs: Sequence[str], output:
 
 def _complain(message: str) -> str:
     """Writes a message to stderr; returns its one line."""
-    one_line = " ".join(message.split())
+    one_line = printable(" ".join(message.split()))
     with contextlib.suppress(OSError):  # the exit code reports the error, too
         print(f"oncenter: {one_line}", file=sys.stderr)
     return one_line

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, OncenterError
+from oncenter.files.file_name import printable, printable_name
 
 if TYPE_CHECKING:
     from oncenter.cli.places import Places
@@ -29,7 +30,7 @@ def answer_each(places: Places, answered: Callable[[Path], Answer], schema: Sche
     Raises:
         typer.Exit: no log can be answered: the exit code of all logs, or 1 if they differ.
     """
-    width = min(max(len(str(log)) for log in places.logs), _NAME_MAX)
+    width = min(max(len(printable_name(str(log))) for log in places.logs), _NAME_MAX)
     objects: list[dict[str, Any]] = []
     statuses: list[str] = []
     exit_codes: set[int] = set()
@@ -56,18 +57,23 @@ def _print_notes(places: Places, objects: list[dict[str, Any]], schema: Schema |
     """Notes that belong to no single log; with a schema the object."""
     notes = [
         *(f"{log} is given twice; it is answered once" for log in places.twice),
-        *map(str, places.unlisted),
+        *places.unlisted,
         *places.notes,
     ]
     if schema is None:
         for note in notes:
-            typer.echo(f"note: {note}")
+            typer.echo(f"note: {printable(str(note))}")
         return
     import json
 
     from oncenter import _core
 
-    whole = {"schema": "oncenter/offsets-1", "version": _core.version(), "answers": objects, "notes": notes}
+    whole = {
+        "schema": "oncenter/offsets-1",
+        "version": _core.version(),
+        "answers": objects,
+        "notes": [*map(str, notes)],
+    }
     typer.echo(json.dumps(whole, ensure_ascii=False, allow_nan=False, indent=2))
 
 
@@ -82,7 +88,9 @@ def _refusal(log: str, error: OncenterError) -> dict[str, Any]:
 
 
 def _line(log: str, width: int, offset: str, status: str, why: str, state: str = "") -> str:
-    columns = f"{log:{width}}  {offset:{_OFFSET_WIDTH}}  {status:{_STATUS_WIDTH}}  {state:{_STATE_WIDTH}}"
+    columns = (
+        f"{printable_name(log):{width}}  {offset:{_OFFSET_WIDTH}}  {status:{_STATUS_WIDTH}}  {state:{_STATE_WIDTH}}"
+    )
     return f"{columns}  {_one_line(why)}".rstrip()
 
 

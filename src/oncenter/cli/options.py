@@ -12,6 +12,7 @@ import typer
 
 from oncenter.cli.completion import signal_names, vehicle_files
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.file_name import printable
 from oncenter.vehicle_file.shipped_files import shipped_names
 
 _LONG_LOG_BYTES = 20_000_000  # a shorter log is answered before a bar can be read
@@ -91,5 +92,5 @@ def progress_bar(label: str, *logs: Path) -> Iterator[Callable[[float], None] | 
     if size < _LONG_LOG_BYTES or not sys.stderr.isatty():
         yield None
         return
-    with typer.progressbar(length=1000, label=label, file=sys.stderr) as bar:
+    with typer.progressbar(length=1000, label=printable(label), file=sys.stderr) as bar:
         yield lambda fraction: bar.update(int(1000 * fraction) - bar.pos)

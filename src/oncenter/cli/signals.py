@@ -10,6 +10,7 @@ import typer
 
 from oncenter.cli.logs import read_log
 from oncenter.cli.options import Dbc, Json, Source, VehicleFileIfAny, sources_of
+from oncenter.files.file_name import printable_name
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.signals import SIGNALS
 
@@ -103,7 +104,8 @@ def _to_json(drive: oc.Signals, judged: Plausibility) -> str:
 
 def _as_text(drive: oc.Signals, judged: Plausibility) -> str:
     """A table of the signals, then findings and checks that were not possible, in words."""
-    lines = [f"{Path(drive.log).name}: {drive.duration_s:.1f} s, brought to {drive.rate_hz:.4g} Hz", ""]
+    name = printable_name(Path(drive.log).name)
+    lines = [f"{name}: {drive.duration_s:.1f} s, brought to {drive.rate_hz:.4g} Hz", ""]
     lines += [*_table(drive), "", *_account(drive), ""]
     for finding in judged.findings:
         lines += _wrapped(finding.line())

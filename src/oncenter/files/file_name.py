@@ -22,6 +22,16 @@ def printable(text: str) -> str:
     return _NOT_PRINTABLE.sub(lambda found: _escaped(found[0]), text)
 
 
+def printable_lines(text: str) -> str:
+    """Text of several lines as in `printable`, with its line ends and tabs."""
+    return _NOT_PRINTABLE.sub(lambda found: found[0] if found[0] in "\n\t" else _escaped(found[0]), text)
+
+
+def printable_json(text: str) -> str:
+    """The same JSON with escapes of its own for the characters that `printable` replaces."""
+    return _NOT_PRINTABLE.sub(lambda found: found[0] if found[0] in "\n\t" else f"\\u{ord(found[0]):04x}", text)
+
+
 def printable_name(name: str) -> str:
     r"""A name or path as in `printable`, unique for each name: `\x` in it becomes `\x5cx`. On Windows
     backslashes become slashes."""

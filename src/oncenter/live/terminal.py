@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, TextIO
 
+from oncenter.files.file_name import printable
 from oncenter.live import words
 from oncenter.live.snapshot import Notice, Snapshot
 from oncenter.verdict.states import colour_of
@@ -54,14 +55,14 @@ def _print_lines(session: Session, stream: TextIO, params: Mapping[str, float]) 
         ended = not session.is_alive()
         now = session.snapshot
         for notice in _new(now, shown):
-            print(f"oncenter: {notice.text}", file=stream, flush=True)
+            print(f"oncenter: {printable(notice.text)}", file=stream, flush=True)
             shown = notice.number
         if ended:
-            print(f"oncenter: {words.finished(now)}", file=stream, flush=True)
+            print(f"oncenter: {printable(words.finished(now))}", file=stream, flush=True)
             return
         if time.monotonic() >= next_line_s:
             next_line_s += _LINE_EVERY_S
-            print(f"oncenter: {one_line(now, params)}", file=stream, flush=True)
+            print(f"oncenter: {printable(one_line(now, params))}", file=stream, flush=True)
         session.join(_DRAW_EVERY_S)
 
 
@@ -70,7 +71,7 @@ def _new(now: Snapshot, shown: int) -> list[Notice]:
 
 
 def _line(notice: Notice) -> str:
-    return f"{time.strftime('%H:%M:%S', time.localtime(notice.time_s))} {notice.text}"
+    return f"{time.strftime('%H:%M:%S', time.localtime(notice.time_s))} {printable(notice.text)}"
 
 
 def one_line(now: Snapshot, params: Mapping[str, float]) -> str:

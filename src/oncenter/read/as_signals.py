@@ -5,20 +5,21 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from oncenter.account import Account, FileAccount, SignalAccount
 from oncenter.errors import OncenterError
+from oncenter.files.file_name import printable
 from oncenter.read import choose, clock
 from oncenter.read.frames import Column
 from oncenter.read.identity import NOT_STATED, Identity
 from oncenter.read.left_out import counts_of, with_seconds
 from oncenter.read.samples import Samples
 from oncenter.read.set_back import SetBack
-from oncenter.signals import CLOCK_STEP_S, SIGNALS, Signals
+from oncenter.signals import CLOCK_STEP_S, SIGNALS, Signals, Source
 
 
 @dataclass(frozen=True)
@@ -66,9 +67,26 @@ def as_signals(
         _file_account(frames, candidates, ticks.accounts, counts), _with_silent(ticks.accounts, candidates)
     )
     signals = Signals(
-        ticks.columns, sources, ticks.rate_hz, os.fspath(path), (), identity.vin, identity.start_s, account
+        ticks.columns,
+        {signal: _printable(source) for signal, source in sources.items()},
+        ticks.rate_hz,
+        os.fspath(path),
+        (),
+        identity.vin,
+        identity.start_s,
+        account,
     )
-    return signals.replaced(notes=with_seconds(notes, signals.duration_s))
+    return signals.replaced(notes=tuple(map(printable, with_seconds(notes, signals.duration_s))))
+
+
+def _printable(source: Source) -> Source:
+    """Names of columns, channels and topics are those of the log, and may hold any character."""
+    return replace(
+        source,
+        description=printable(source.description),
+        others=tuple(map(printable, source.others)),
+        place=printable(source.place),
+    )
 
 
 def _forward_steps(time: Column, log: str) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from oncenter.estimates.cause import Pull, in_words, together_rad
 from oncenter.estimates.changes import Change
 from oncenter.estimates.estimates import Estimates
+from oncenter.files.file_name import printable
 from oncenter.findings import PLAY_STANDARD_DEG
 from oncenter.signals import DEGREE
 from oncenter.verdict.decision import Interval, standing
@@ -57,12 +58,13 @@ def last_change(answer: Estimates) -> str:
         return ""
     last = lasting[-1]
     assert last.size_rad is not None
+    log = printable(last.log)
     when = f"{last.into_log_s / 60:.1f} min into" if last.into_log_s > 0.0 else "before"
     size, before, after = (
         round(angle / DEGREE, 1) + 0.0 for angle in (last.size_rad, last.offset_before_rad, last.offset_after_rad)
     )
     return (
-        f"The offset changed by {size:+.1f} deg {when} {last.log}, from {before:+.1f} to {after:+.1f} deg: use the "
+        f"The offset changed by {size:+.1f} deg {when} {log}, from {before:+.1f} to {after:+.1f} deg: use the "
         "value after."
     )
 

@@ -285,6 +285,7 @@ def test_a_query_may_begin_in_several_ways(undisturbed: Path, sql: str) -> None:
     "sql",
     [
         *("SELECT", "SELECT nothing FROM drives", "SELECT * FROM lorries", ""),
+        "SELECT lpad('x', 3000000000, 'y') FROM trucks",
         *("DROP TABLE trucks", "-- x\n delete FROM trucks", "TRUNCATE TABLE trucks", "CREATE TABLE t AS SELECT 1"),
     ],
 )
@@ -522,6 +523,12 @@ def test_the_csv_of_the_trucks_has_all_columns_and_comes_back_as_it_was(
 def test_a_name_with_a_comma_a_quote_and_a_line_end_stays_one_cell() -> None:
     row = {"truck": 'a, "b"\nü', "offset_deg": None, "since": None}
     assert as_csv([row]) == 'truck,offset_deg,since\r\n"a, ""b""\nü",,\r\n'
+
+
+@pytest.mark.parametrize("name", ["=1+1.toml", "+1", "-1", "@SUM(1)", "\t=1", "\r=1"])
+def test_a_name_is_no_formula_in_a_spreadsheet(name: str) -> None:
+    [_, [cell, value]] = csv.reader(io.StringIO(as_csv([{"truck": name, "offset_deg": -1.0}]), newline=""))
+    assert (cell, value) == (f"'{name}", "-1")
 
 
 def test_trucks_of_a_folder_without_tables_are_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -284,6 +284,15 @@ def test_a_link_to_an_endless_device_is_not_read(suffix: str, tmp_path: Path) ->
     refused(answered(link))
 
 
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_file_of_nothing_but_a_hole_is_refused_at_once(suffix: str, tmp_path: Path) -> None:
+    log = tmp_path / f"a{suffix}"
+    with log.open("wb") as file:
+        file.truncate(1 << 40)
+    ended = answered(log)
+    assert refused(ended) == "unreadable_log" and "hole" in ended.err
+
+
 def test_a_link_to_itself_is_refused(tmp_path: Path) -> None:
     link = tmp_path / "a.log"
     link.symlink_to(link)

@@ -9,6 +9,7 @@ import pytest
 from oncenter.cli import run
 from oncenter.errors import OncenterError
 from oncenter.simulate import simulate
+from oncenter.simulate.scenario import read_scenario
 
 BASE = 'base = "thesis_drive"\nabout = "cannot be"\n'
 TRAILER = """[truck.trailer]
@@ -60,7 +61,8 @@ IMPOSSIBLE = [
     ("[road]\nsuperelevation_max_percent = 9.0", "road.superelevation_max_percent"),
     (SECTIONS + "repeat = true\nsections = [{ length_m = 1e-6 }]", "road.sections.0.length_m"),
     (SECTIONS + "repeat = false\nsections = [{ length_m = 300.0 }]", "'road' is shorter than the drive"),
-    ('[road]\nkind = "csv"\nfile = "."', "cannot be read: there is no such file"),
+    ('[road]\nkind = "csv"\nfile = "."', "cannot be read: is a directory, not a file"),
+    ('[road]\nkind = "csv"\nfile = "/dev/zero"', "cannot be read: is a device or a pipe, not a file"),
     ("[stops]\nspacing_m = [1e-9, 1e-9]\nduration_s = [5.0, 10.0]", "stops.spacing_m"),
     ("[driver]\nspeed_section_length_m = [1e-9, 1e-9]", "driver.speed_section_length_m"),
     ("[driver]\nspeed_km_h = [0.0, 50.0]", "driver.speed_km_h"),
@@ -120,3 +122,13 @@ def test_a_road_file_that_makes_the_truck_tip_over_is_refused(tmp_path: Path) ->
     file.write_text(BASE + '[road]\nkind = "csv"\nfile = "road.csv"\n', encoding="utf-8")
     with pytest.raises(OncenterError, match="tips over after"):
         simulate(file)
+
+
+def test_a_long_chain_of_bases_is_refused(tmp_path: Path) -> None:
+    for place in range(1500):
+        base = f"{place + 1}.toml" if place < 1499 else "thesis_drive"
+        (tmp_path / f"{place}.toml").write_text(f'base = "{base}"\n')
+    with pytest.raises(OncenterError, match="more than 16 files") as refusal:
+        read_scenario(tmp_path / "0.toml")
+    assert refusal.value.exit_code == 2
+    assert read_scenario(tmp_path / "1490.toml").name == "1490"

@@ -140,13 +140,14 @@ def query(
     json: Json = False,
 ) -> None:
     """Run an SQL query (polars' dialect) on the fleet's tables."""
-    from oncenter.fleet.listing import as_csv, as_lines, write_csv, write_parquet
     from oncenter.fleet.sql import notes_on
     from oncenter.fleet.sql import query as ask
 
     if sum((csv is not None, parquet is not None, json)) > 1:
         raise OncenterError("--csv, --parquet and --json exclude each other", code="usage", exit_code=WRONG_USAGE)
     result = ask(sql, output)
+    from oncenter.fleet.listing import as_csv, as_lines, write_csv, write_parquet  # polars loads while the child works
+
     for note in notes_on(sql):
         typer.echo(f"note: {note}", err=True)
     if json:

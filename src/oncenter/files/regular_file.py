@@ -9,6 +9,8 @@ from io import FileIO
 
 from oncenter.errors import LOG_CANNOT_BE_ANSWERED, OncenterError
 
+_SPARSE_FROM = 64 << 20  # bytes; a smaller file is read soon
+_WRITTEN_MIN = 0.01  # of a file; a log takes more, also where the file system packs it
 _AnyPath = str | os.PathLike[str]
 
 O_BINARY = getattr(os, "O_BINARY", 0)  # without it Windows converts line ends, and treats Ctrl-Z as end of file
@@ -81,3 +83,22 @@ def _refuse_mode(mode: int, wanted: str) -> None:
         raise IsADirectoryError(errno.EISDIR, f"is a directory, not {wanted}")
     if not stat.S_ISREG(mode):
         raise OSError(errno.EINVAL, "is a device or a pipe, not a file")
+
+
+def refuse_sparse(name: str, status: os.stat_result) -> None:
+    """Refuses a large file of which almost nothing was written: reading its zeros takes minutes, and finds no signal.
+
+    Args:
+        name: for the message.
+        status: of the file.
+
+    Raises:
+        OncenterError: "unreadable_log".
+    """
+    written = 512 * getattr(status, "st_blocks", status.st_size)  # Windows does not state it
+    if status.st_size > _SPARSE_FROM and written < _WRITTEN_MIN * status.st_size:
+        raise OncenterError(
+            f"cannot read {name}: only {written} of its {status.st_size} bytes were written, the rest is a hole; copy "
+            "it again",
+            code="unreadable_log",
+        )

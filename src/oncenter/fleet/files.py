@@ -20,7 +20,7 @@ from blake3 import blake3
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import file_stem, printable_name
 from oncenter.files.folder import OUTSIDE, files_below, is_log
-from oncenter.files.regular_file import open_regular_file
+from oncenter.files.regular_file import open_regular_file, refuse_sparse
 from oncenter.files.whole_file import UNFINISHED
 from oncenter.read.plugins import suffixes_of_plugins
 
@@ -129,7 +129,8 @@ def refuse_no_file(log: LogFile) -> None:
     Raises:
         OncenterError: "not_a_file": a pipe, a device, a socket, a link without a target or out of its folder, a path
             that is too long, or an object of which a part of the key is no name;
-            "unreadable_folder": one that cannot be listed; "unreadable_log": it is gone, or has no readable status.
+            "unreadable_folder": one that cannot be listed; "unreadable_log": it is gone, has no readable status, or is
+            sparse.
     """
     name = printable_name(log.uri)
     if log.uri.startswith(_STORE):
@@ -140,12 +141,13 @@ def refuse_no_file(log: LogFile) -> None:
             )
         return
     try:
-        mode = os.stat(log.uri).st_mode
+        status = os.stat(log.uri)
     except OSError as error:
         if error.errno in _NOWHERE and os.path.islink(log.uri):
             raise OncenterError(f"{name} is a link whose target does not exist", code=NOT_A_FILE) from None
         code = NOT_A_FILE if error.errno == errno.ENAMETOOLONG else "unreadable_log"
         raise OncenterError(f"cannot read {name}: {error.strerror}", code=code) from None
+    mode = status.st_mode
     if log.options == OUTSIDE and (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         where = printable_name(os.path.realpath(log.uri))
         raise OncenterError(f"{name} is a link that leads out of its folder: name {where} as well", code=NOT_A_FILE)
@@ -153,6 +155,7 @@ def refuse_no_file(log: LogFile) -> None:
         raise OncenterError(f"cannot list the folder {name}{_why_not(log.uri)}", code=UNREADABLE_FOLDER)
     if not stat.S_ISREG(mode):
         raise OncenterError(f"{name} is a pipe, a socket or a device, not a file", code=NOT_A_FILE)
+    refuse_sparse(name, status)
 
 
 def _why_not(folder: str) -> str:

@@ -14,7 +14,7 @@ import polars as pl
 from oncenter.files.file_name import printable
 from oncenter.files.own_file import metadata
 from oncenter.files.whole_file import whole_file, write_whole
-from oncenter.fleet.sql import query
+from oncenter.fleet.sql import result_of
 from oncenter.fleet.tables import TRUCKS
 from oncenter.utc import utc
 from oncenter.verdict.numbers import between
@@ -22,6 +22,7 @@ from oncenter.verdict.states import STATES
 
 _BYTE_ORDER_MARK = "\ufeff"  # by which Excel recognises UTF-8
 _TRUCK_SHOWN = 22  # characters
+_FORMULA = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet computes a cell that begins so; an apostrophe makes it text
 
 
 def ranked(output: Path) -> list[dict[str, Any]]:
@@ -30,7 +31,7 @@ def ranked(output: Path) -> list[dict[str, Any]]:
     Raises:
         OncenterError: "output", exit code 2: the folder has no tables of a run.
     """
-    return query("SELECT * FROM trucks ORDER BY rank", output).to_dicts()
+    return result_of("SELECT * FROM trucks ORDER BY rank", output).to_dicts()
 
 
 def as_text(rows: Sequence[dict[str, Any]]) -> str:
@@ -124,6 +125,8 @@ def _aligned(cell: str, width: int, is_number: bool) -> str:
 
 
 def _shown(value: Any) -> str:
+    if isinstance(value, str):
+        return value
     return "-" if value is None else str(_cell(value))
 
 
@@ -132,6 +135,8 @@ def _cell(value: Any) -> Any:
         return f"{value:.6g}"
     if isinstance(value, datetime):
         return f"{value:%Y-%m-%d %H:%M:%S}"
+    if isinstance(value, str) and value.startswith(_FORMULA):
+        return f"'{value}"
     return value
 
 

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 from pathlib import Path
-
-import polars as pl
+from typing import TYPE_CHECKING
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.child import ChildDied, borrowed, limits_for
+
+if TYPE_CHECKING:
+    import polars as pl
 
 TABLES = ("drives", "trucks", "changes")
 
@@ -22,6 +26,14 @@ _OLD_CODES = {
 _OLD_CODE = re.compile(rf"'({'|'.join(_OLD_CODES)})'")
 _VERDICT = re.compile(r"\bverdict\b", re.IGNORECASE)
 
+_CHILD = "oncenter.fleet.sql_child"
+_ENDS = {  # by code of `ChildDied`
+    "reader_crashed": "polars crashes at it: write it shorter",
+    "reader_time": "it takes too long for tables of this size",
+    "reader_memory": "it takes too much memory for tables of this size",
+    "stopped": "it was stopped from outside",
+}
+
 _READ = ("SELECT", "WITH", "FROM", "VALUES", "SHOW", "EXPLAIN")  # how a query may begin
 _FIRST_WORD = re.compile(r"(?:\s|;|\(|--[^\n]*(?:\n|$)|/\*.*?\*/)*(\w*)", re.DOTALL)
 
@@ -33,13 +45,36 @@ _CALL_THAT_READS = re.compile(r"\bread_\w*(?=[\"`]?\s*[(/#-])", re.IGNORECASE)
 def query(sql: str, output: str | os.PathLike[str]) -> pl.DataFrame:
     """The result of one SELECT on the tables drives, trucks and changes of an output folder, and on no other file.
 
+    A child process runs it: a query may crash polars or take any memory.
+
     Raises:
         OncenterError: "output", exit code 2: the folder has no tables of a run. "sql", exit code 2: it is no query, it
-            reads another file, or polars refuses it.
+            reads another file, polars refuses it, or it takes more time or memory than tables of this size need.
     """
+    try:
+        with borrowed(_CHILD) as child:
+            answer = child.ask({"sql": sql, "output": os.fspath(output)}, limits_for(_size(Path(output))))
+            import polars as pl  # it loads while the child works
+
+            *_, (_, packed) = answer
+    except ChildDied as died:
+        raise _refusal(_ENDS[died.code]) from None
+    return pl.read_ipc(io.BytesIO(packed))
+
+
+def _size(folder: Path) -> int:
+    try:
+        return sum((folder / f"{name}.parquet").stat().st_size for name in TABLES)
+    except OSError:  # the query says which is missing
+        return 0
+
+
+def result_of(sql: str, folder: Path) -> pl.DataFrame:
+    """As `query`, in this process."""
+    import polars as pl
+
     _refuse_what_is_no_query(sql)
     _refuse_other_files(sql)
-    folder = Path(output)
     missing = [name for name in TABLES if not (folder / f"{name}.parquet").is_file()]
     if missing:
         raise OncenterError(
@@ -70,6 +105,8 @@ def _old_codes(sql: str) -> list[str]:
 
 def _trucks(table: pl.LazyFrame, *, in_old_codes: bool) -> pl.LazyFrame:
     """The table trucks with the codes that the query has, whichever version wrote it."""
+    import polars as pl
+
     if "watch" not in table.collect_schema().names():  # a former version wrote it
         return table if in_old_codes else table.with_columns(verdict=pl.col("state"))
     if not in_old_codes:

@@ -14,7 +14,7 @@ from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import READ_HERE, SUFFIXES, format_of, format_of_content
 from oncenter.files.own_file import HEAD_BYTES, refuse_own_text
-from oncenter.files.regular_file import open_regular_file, refuse_what_is_no_regular_file
+from oncenter.files.regular_file import open_regular_file, refuse_sparse, refuse_what_is_no_regular_file
 from oncenter.read.plugins import known_format, plugin_for
 from oncenter.read.units import possible_columns
 from oncenter.read.wording import FOUND, cannot_read
@@ -136,10 +136,12 @@ def _refuse_wrong_suffix(path: Path, head: bytes) -> None:
 
 
 def refuse_unreadable(path: Path) -> None:
-    """Refuses a folder, a device, a pipe, a file that cannot be opened, an empty file, and text that oncenter wrote."""
+    """Refuses a folder, a device, a pipe, a file that cannot be opened, is empty or hardly written, and text that
+    oncenter wrote."""
     refuse_what_is_no_regular_file(path)
     try:
         with open_regular_file(path) as file:
+            refuse_sparse(path.name, os.fstat(file.fileno()))
             head = file.read(HEAD_BYTES)
             if not head:
                 raise OncenterError(f"{path.name} is empty (0 bytes)", code="empty_log")

@@ -32,6 +32,7 @@ _RANGES_MAX = 1 << 20  # multiplexer values of a whole file
 _DEPTH_MAX = 200  # of nested elements; AUTOSAR's own are some 20 deep
 _IDENTIFIERS_MAX = 1 << 12  # of one message of SYM
 
+_QUOTED = re.compile(r': "[^"]*>>!<<.*', re.DOTALL)  # the place of cantools' syntax errors
 _NOT_READ = re.compile(r'"(?:\\"|[^"])*"|//[^\n]*')  # strings and comments
 _LONG_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\d{19}|\.?\d*[eE][-+]?\d{4})")
 _PLACE = re.compile(r":\s*([-+]?\d+)\s*\|\s*([-+]?\d+)")  # first bit and length of a signal
@@ -67,7 +68,7 @@ def messages_of(path: Path) -> list[Message]:
     try:
         database = load_string(text, database_format=kind, strict=False)
     except Exception as error:  # cantools raises key, value and attribute errors for broken files
-        raise _bad(f"cannot read the database {path.name}: {printable(reason_of(error)[:160])}") from error
+        raise _bad(f"cannot read the database {path.name}: {_without_content(reason_of(error))}") from error
     finally:
         logger.setLevel(level)
     if not isinstance(database, Database) or not database.messages:
@@ -75,6 +76,11 @@ def messages_of(path: Path) -> list[Message]:
     if kind == "arxml":
         _mark_unread_conversions(text, database.messages)
     return database.messages
+
+
+def _without_content(reason: str) -> str:
+    """cantools quotes the file: `dbc` of a vehicle file of somebody else may name any file."""
+    return printable(_QUOTED.sub("", reason).replace('"', "")[:160])
 
 
 def _mark_unread_conversions(text: str, messages: list[Message]) -> None:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 import polars as pl
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.regular_file import read_regular_file
 from oncenter.signals import DEGREE
 from oncenter.simulate.chances import named_chances
 from oncenter.simulate.road_sections import BendsRoad, CsvRoad, OpenRoad, SectionsRoad, Stops, Wind
@@ -21,6 +22,7 @@ Array = npt.NDArray[np.float64]
 _COARSE_M, _FINE_M = 5.0, 1.0  # between the points of a road
 _FINE_BELOW_RADIUS_M = 100.0
 _DECELERATION_SHARE = 0.6  # of the driver's limit used for planning, because the driver reacts late
+_CSV_BYTES_MAX = 64 << 20  # a road of 1000 km with a row a metre
 _CSV_COLUMNS = ("station_m", "curvature_1_m", "cross_slope_1", "speed_m_s")
 _CSV_RANGES = {"curvature_1_m": (-0.1, 0.1), "cross_slope_1": (-0.15, 0.15), "speed_m_s": (0.5, 42.0)}
 
@@ -177,12 +179,12 @@ def _measured(scenario: Scenario, road: CsvRoad) -> LaidRoad:
 
 
 def _read_csv(file: Path) -> list[Array]:
-    if not file.is_file():  # polars would read all files of a folder
-        raise _refusal(file, "cannot be read: there is no such file")
     try:
-        table = pl.read_csv(file.read_bytes(), schema_overrides=dict.fromkeys(_CSV_COLUMNS, pl.Float64))
-    except OSError as error:
-        raise _refusal(file, f"cannot be read: {error.strerror or error}") from None
+        table = pl.read_csv(
+            read_regular_file(file, _CSV_BYTES_MAX), schema_overrides=dict.fromkeys(_CSV_COLUMNS, pl.Float64)
+        )
+    except (OSError, ValueError) as error:  # the latter for a zero byte in the path
+        raise _refusal(file, f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
     except pl.exceptions.PolarsError as error:
         raise _refusal(file, f"is not a table of numbers: {str(error).splitlines()[0]}") from None
     for column in _CSV_COLUMNS:

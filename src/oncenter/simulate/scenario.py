@@ -27,6 +27,7 @@ from oncenter.simulate.sensor_sections import Can, Sensors, begins_s
 from oncenter.simulate.truck_sections import Steering, Truck
 
 _CODE = "scenario_file"  # of errors
+_BASES_MAX = 16  # files, each the `base` of the one before
 
 
 class Drive(Section):
@@ -155,6 +156,8 @@ def _values(file: Path, heirs: tuple[Path, ...]) -> dict[str, Any]:
     if not isinstance(base, str):
         raise _refusal(f"scenario file {file}: 'base' must be the name of a scenario, got {base!r}")
     heirs = (*heirs, file.resolve())
+    if len(heirs) > _BASES_MAX:
+        raise _refusal(f"scenario file {file}: more than {_BASES_MAX} files, each the 'base' of the one before")
     below = _find(str(file.parent / base) if base.endswith(".toml") else base)
     if below.resolve() in heirs:
         raise _refusal(f"scenario file {file}: 'base' {base!r} leads back to this file: remove one of the 'base' keys")

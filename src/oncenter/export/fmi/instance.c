@@ -6,7 +6,9 @@
 /* The table reads enums and int32_t alike. */
 typedef char enums_are_of_32_bits[sizeof(oc_status) == sizeof(int32_t) ? 1 : -1];
 
-enum { token_size = 40 }; /* of the image's head; a token is shorter */
+enum { token_size = 40, sum_size = 4 }; /* of the image's head, a token is shorter; and of its end */
+
+static const double longest_step_s = 1e3; /* a tick of the core is computed for each period of a step */
 
 static void *member(oc_fmu *fmu, const oc_fmu_variable *variable) {
     return (char *)fmu + variable->offset;
@@ -86,10 +88,11 @@ static void take_tick(oc_fmu *fmu, double time) {
  * steps, ticks at the nominal rate fall into its steps. */
 bool oc_fmu_advance(oc_fmu *fmu, double time, double step) {
     const double tick_s = fmu->coefficients.tick_s;
-    if (!(step > 0.0 && step < 1e6 && fabs(time) < 1e12) || (fmu->clock_started && time < fmu->now - 0.5 * step)) {
+    if (!(step > 0.0 && step <= longest_step_s && fabs(time) < 1e12) ||
+        (fmu->clock_started && time < fmu->now - 0.5 * step)) {
         return false;
     }
-    if (!fmu->clock_started) {
+    if (!fmu->clock_started || time > fmu->now + longest_step_s) { /* a jump of the clock is a hole, as in a log */
         fmu->clock_started = 1;
         fmu->due = time;
     }
@@ -155,13 +158,24 @@ void oc_fmu_set_integer(oc_fmu *fmu, const oc_fmu_variable *variable, int32_t va
 }
 
 size_t oc_fmu_image_size(void) {
-    return token_size + sizeof(oc_fmu);
+    return token_size + sizeof(oc_fmu) + sum_size;
+}
+
+/* FNV-1a: it finds damage, as of a file that was cut or edited, and is no signature. */
+static uint32_t sum_of(const unsigned char *bytes, size_t count) {
+    uint32_t sum = 2166136261u;
+    for (size_t k = 0; k < count; ++k) {
+        sum = (sum ^ bytes[k]) * 16777619u;
+    }
+    return sum;
 }
 
 void oc_fmu_to_image(const oc_fmu *fmu, unsigned char *image) {
     memset(image, 0, token_size);
     strncpy((char *)image, oc_fmu_token, token_size - 1);
     memcpy(image + token_size, fmu, sizeof *fmu);
+    const uint32_t sum = sum_of(image, token_size + sizeof *fmu);
+    memcpy(image + token_size + sizeof *fmu, &sum, sum_size);
 }
 
 const char *oc_fmu_from_image(oc_fmu *fmu, const unsigned char *image, size_t size) {
@@ -170,6 +184,10 @@ const char *oc_fmu_from_image(oc_fmu *fmu, const unsigned char *image, size_t si
     }
     if (strncmp((const char *)image, oc_fmu_token, token_size) != 0) {
         return "the saved state is another FMU's";
+    }
+    const uint32_t sum = sum_of(image, token_size + sizeof *fmu);
+    if (memcmp(image + token_size + sizeof *fmu, &sum, sum_size) != 0) {
+        return "the saved state is damaged";
     }
     memcpy(fmu, image + token_size, sizeof *fmu);
     return NULL;

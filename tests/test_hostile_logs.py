@@ -403,3 +403,30 @@ def test_the_references_of_a_mat_file_are_read_from_no_other_file(target: str, t
         h5py.h5d.create(struct.id, b"x", h5py.h5t.STD_REF_OBJ, space, elsewhere)
     ended = answered(log)
     assert refused(ended) != "reader_time" and "reference" not in ended.err
+
+
+@pytest.mark.parametrize("is_packed", [False, True])
+@pytest.mark.parametrize(
+    "damage", ["type beyond the table", "type of a matrix", "no dimensions", "no numbers", "no text"]
+)
+def test_an_element_that_would_crash_the_reader_of_mat_files_is_refused(
+    damage: str, is_packed: bool, tmp_path: Path
+) -> None:
+    """scipy takes the type as an index of a table, and writes through the pointer that it finds behind the table."""
+    numbers = struct.pack("<II", 9, 80) + np.arange(10.0).tobytes()
+    dimensions, class_ = struct.pack("<IIii", 5, 8, 1, 10), 6
+    if damage == "type beyond the table":
+        numbers = struct.pack("<I", 0xFF00) + numbers[4:]
+    elif damage == "type of a matrix":
+        numbers = struct.pack("<I", 14) + numbers[4:]
+    elif damage == "no dimensions":
+        dimensions, class_, numbers = struct.pack("<II", 5, 0), 4, struct.pack("<II4s4x", 16, 4, b"text")
+    else:
+        numbers, class_ = b"", 4 if damage == "no text" else 6
+    inner = struct.pack("<IIII", 6, 8, class_, 0) + dimensions + struct.pack("<II4s4x", 1, 4, b"time") + numbers
+    matrix = struct.pack("<II", 14, len(inner)) + inner
+    packed = zlib.compress(matrix)
+    element = struct.pack("<II", 15, len(packed)) + packed if is_packed else matrix
+    log = tmp_path / "log.mat"
+    log.write_bytes(b"MATLAB 5.0 MAT-file".ljust(124) + b"\x00\x01IM" + element)
+    assert refused(answered(log)) == "unreadable_log"

@@ -5,6 +5,7 @@ A value in a struct is called `struct.field`. Versions 4 to 7 are read by scipy;
 
 from __future__ import annotations
 
+import io
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -30,6 +31,7 @@ from oncenter.read.channels import (
     without_zeros,
 )
 from oncenter.read.frames import Column
+from oncenter.read.mat_elements import check_elements
 from oncenter.read.mat_values import Budget, Opaque, Value
 from oncenter.read.samples import Samples
 from oncenter.read.time_column import seconds, time_column
@@ -78,9 +80,12 @@ def _variables(path: Path) -> dict[str, Value]:
     import scipy.io
 
     try:
-        with warnings.catch_warnings(), path.open("rb") as file:
+        content = path.read_bytes()
+        if 0 not in content[:4]:  # version 4 begins with a number
+            check_elements(content)
+        with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            loaded = scipy.io.loadmat(file, struct_as_record=True, chars_as_strings=True)
+            loaded = scipy.io.loadmat(io.BytesIO(content), struct_as_record=True, chars_as_strings=True)
         budget = Budget()
         return {str(name): _of_scipy(value, budget) for name, value in loaded.items() if not _is_of_scipy(str(name))}
     except OncenterError:

@@ -434,3 +434,12 @@ def test_local_damage_in_a_candump_log_never_changes_a_value(place: int, scratch
     change = (both["steering_wheel_angle_rad"] - both["steering_wheel_angle_rad_then"]).abs()
     moved = change.fill_nan(0.0) > 1e-9  # a number that is lost, since the stamps were damaged, is not moved
     assert moved.sum() <= 3
+
+
+@pytest.mark.parametrize("name", ["a\rb", "x" * 200_000])
+def test_a_name_of_a_column_that_no_table_has_is_one_line(name: str, tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_bytes(f"time_s,{name},steering_wheel_angle_deg\n0,0,0\n1,0,0\n".encode())
+    with pytest.raises(OncenterError, match="header line") as refused:
+        read(log)
+    assert refused.value.code == "unreadable_log" and len(str(refused.value)) < 400

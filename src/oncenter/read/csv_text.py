@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from oncenter.errors import OncenterError
 from oncenter.read.left_out import CutOff
-from oncenter.read.wording import damaged
+from oncenter.read.wording import damaged, reason_of
 
 _SHORT_ROWS_SHARE = 0.01  # of the rows; more mean that the program leaves out empty cells, not damage
 _GZIP = b"\x1f\x8b"
@@ -56,10 +56,17 @@ def separator_of(text: bytes) -> str:
     return max(",;\t", key=lambda mark: header.count(mark.encode()))
 
 
-def header_of(text: bytes, separator: str) -> list[str]:
-    """The names of the columns."""
+def header_of(path: Path, text: bytes, separator: str) -> list[str]:
+    """The names of the columns.
+
+    Raises:
+        OncenterError: a name has a carriage return, or more than 131,072 characters.
+    """
     header = text.split(b"\n", 1)[0].decode("utf-8", "replace")
-    return [name.strip() for name in next(csv.reader([header], delimiter=separator), [])]
+    try:
+        return [name.strip() for name in next(csv.reader([header], delimiter=separator), [])]
+    except csv.Error as error:
+        raise damaged(path.name, f"header line: {reason_of(error)}") from None
 
 
 def with_header_as_long_as_rows(text: bytes, separator: str) -> bytes:

@@ -73,7 +73,7 @@ def csv_table(path: Path, notes: list[str]) -> Table:
     """
     text = csv_text(path)
     separator = separator_of(text)
-    header = header_of(text, separator)
+    header = header_of(path, text, separator)
     refuse_own_table(path, header)
     refuse_frames(path, header)
     text = with_header_as_long_as_rows(text, separator)

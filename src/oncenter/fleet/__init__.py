@@ -18,7 +18,7 @@ __all__ = ["Summary", "query", "run"]
 
 
 def __getattr__(name: str) -> Any:
-    """Imports late: pyarrow takes longer to load than most commands run.
+    """Imports late: its modules take longer to load than most commands run.
 
     Raises:
         OncenterError: "missing_extra": a package of the extra `fleet` is not installed.
@@ -30,6 +30,6 @@ def __getattr__(name: str) -> Any:
     from oncenter.files.extra import require_package
 
     if _HOMES[name] == "night":
-        for package in ("blake3", "pyarrow", "bokeh"):
+        for package in ("blake3", "bokeh"):
             require_package(package, "oncenter fleet run", "fleet")
     return getattr(import_module(f"oncenter.fleet.{_HOMES[name]}"), name)

@@ -10,8 +10,6 @@ from types import TracebackType
 from typing import Any
 
 import polars as pl
-import pyarrow as pa
-import pyarrow.parquet as pq
 
 from oncenter.files.own_file import metadata
 from oncenter.files.whole_file import whole_file
@@ -20,12 +18,12 @@ from oncenter.verdict.states import OF_OFFSET
 
 Row = Mapping[str, Any]
 
-_TYPES: Mapping[str, tuple[pl.DataType, pa.DataType]] = {
-    "text": (pl.String(), pa.string()),
-    "number": (pl.Float64(), pa.float64()),
-    "count": (pl.Int64(), pa.int64()),
-    "truth": (pl.Boolean(), pa.bool_()),
-    "time": (pl.Datetime("ms", "UTC"), pa.timestamp("ms", "UTC")),
+_TYPES: Mapping[str, pl.DataType] = {
+    "text": pl.String(),
+    "number": pl.Float64(),
+    "count": pl.Int64(),
+    "truth": pl.Boolean(),
+    "time": pl.Datetime("ms", "UTC"),
 }
 _ROWS_AT_ONCE = 20_000  # of a row group; they are in memory
 
@@ -182,46 +180,64 @@ TRUCKS: dict[str, tuple[str, str]] = {
 
 
 class TableFile:
-    """A Parquet file, see `whole_file`: it replaces the previous one when all rows are written."""
+    """A Parquet file, see `whole_file`: it replaces the previous one when all rows are written.
+
+    polars writes a file as a whole. So a long table is written in parts beside the file, which are then joined as a
+    stream: memory holds one part.
+    """
 
     def __init__(self, path: Path, columns: Mapping[str, tuple[str, str]]) -> None:
         self._path = path
-        self._types = {name: _TYPES[kind][0] for name, (kind, _) in columns.items()}
-        fields = [pa.field(name, _TYPES[kind][1]) for name, (kind, _) in columns.items()]
-        self._schema = pa.schema(fields, metadata("fleet"))
+        self._types = {name: _TYPES[kind] for name, (kind, _) in columns.items()}
         self._rows: list[Row] = []
+        self._parts: list[Path] = []
 
     def __enter__(self) -> TableFile:
         with ExitStack() as opened:
-            unfinished = opened.enter_context(whole_file(self._path))
-            self._writer = opened.enter_context(pq.ParquetWriter(unfinished, self._schema, compression="zstd"))
-            opened.push(self._write_the_rest)
+            self._unfinished = opened.enter_context(whole_file(self._path))
+            opened.callback(self._remove_parts)
+            opened.push(self._write_the_file)
             self._opened = opened.pop_all()
         return self
 
     def add(self, row: Row) -> None:
         self._rows.append(row)
         if len(self._rows) == _ROWS_AT_ONCE:
-            self._write()
+            self._write_part()
 
-    def _write(self) -> None:
-        """Writes the table by polars: pyarrow would load pandas to convert lists."""
+    def _write_part(self) -> None:
+        """Beside the unfinished file, by whose name `remove_unfinished` finds it if this process is killed."""
+        part = self._unfinished.with_suffix(f".{len(self._parts)}")
+        self._parts.append(part)
+        self._table().write_parquet(part)
+        self._rows.clear()
+
+    def _table(self) -> pl.DataFrame:
         of_column = {name: [row.get(name) for row in self._rows] for name in self._types}
         for name, type_ in self._types.items():
             if isinstance(type_, pl.Datetime):
                 of_column[name] = [_milliseconds(time_s) for time_s in of_column[name]]
-        table = pl.DataFrame(of_column, self._types).to_arrow()
-        self._writer.write_table(table.cast(self._schema))
-        self._rows.clear()
+        return pl.DataFrame(of_column, self._types)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, where: TracebackType | None
     ) -> None:
         self._opened.__exit__(kind, error, where)
 
-    def _write_the_rest(self, kind: type[BaseException] | None, *_: object) -> None:
-        if kind is None:
-            self._write()
+    def _write_the_file(self, kind: type[BaseException] | None, *_: object) -> None:
+        if kind is not None:
+            return
+        if not self._parts:
+            self._table().write_parquet(self._unfinished, metadata=metadata("fleet"))
+            return
+        self._write_part()
+        pl.scan_parquet(self._parts, glob=False).sink_parquet(
+            self._unfinished, row_group_size=_ROWS_AT_ONCE, metadata=metadata("fleet")
+        )
+
+    def _remove_parts(self) -> None:
+        for part in self._parts:
+            part.unlink(missing_ok=True)
 
 
 def _milliseconds(time_s: float | None) -> int | None:

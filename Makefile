@@ -3,6 +3,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 # Without byte code: most modules are never imported, and Python compiles the others at their first import.
 PIP = -m pip install --disable-pip-version-check --no-compile --progress-bar off
+# Exactly the files whose hashes a lock has, and no others.
+LOCKED = $(PIP) --no-deps --require-hashes
 # said=$$(PIP …) $(OR_SAY_WHY): quiet, unless it fails. `pip -q` does not say which packages are in conflict.
 OR_SAY_WHY = || { printf '%s\n' "$$said" | grep -vE '^ *(Collecting|Downloading|Using cached|Requirement already)' >&2; exit 1; }
 EXPORTED = $(addprefix src/oncenter/export/c/,oncenter_ecu.c j1939.c) $(wildcard src/oncenter/export/fmi/*.c)
@@ -196,7 +198,7 @@ wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platfor
 
 build/wheels/ready: wheels/requirements.txt | packages
 	$(PYTHON) -m venv --clear build/wheels
-	@said=$$(build/wheels/bin/python $(PIP) -r wheels/requirements.txt) $(OR_SAY_WHY)
+	@said=$$(build/wheels/bin/python $(LOCKED) -r wheels/requirements.txt) $(OR_SAY_WHY)
 	@touch $@
 
 bench: .venv/dev ## speed of the core, and of logs side by side with python-can
@@ -247,17 +249,23 @@ written: .venv/tools ## of these the ones that take seconds and need no browser
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
-# As for the lowest Python that pyproject.toml allows: a pin that this machine's Python takes may refuse an older one.
-lock: .venv/python ## pin the newest packages in requirements.lock and list their licences
-	rm -rf build/lock
-	@lowest=$$(sed -nE 's/^requires-python = ">=(3\.[0-9]+)"$$/\1.0/p' pyproject.toml); \
-	said=$$($(BIN)/python $(PIP) --target build/lock --python-version $$lowest --only-binary :all: '.[dev]') $(OR_SAY_WHY)
-	$(BIN)/python -m pip freeze --all --path build/lock --exclude oncenter >requirements.lock
-	PYTHONPATH=build/lock $(BIN)/python docs/make_licences.py
+# For each Python that pyproject.toml allows and each platform. The licences are those of all their packages.
+PIN = build/uv/bin/uv pip compile -q --universal --python-version 3.11 --fork-strategy fewest --generate-hashes \
+	--no-annotate --no-emit-index-url --custom-compile-command 'make lock'
+lock: packages ## pin the newest packages, with the hashes of their files, and list their licences
+	rm -rf build/uv build/lock
+	$(PYTHON) -m venv build/uv
+	@said=$$(build/uv/bin/python $(PIP) 'uv>=0.13') $(OR_SAY_WHY)
+	$(PIN) --upgrade --extra dev pyproject.toml -o requirements.lock
+	echo 'setuptools>=77' | $(PIN) --upgrade -c requirements.lock --extra report pyproject.toml - -o requirements.demo.lock
+	$(PIN) --upgrade wheels/requirements.in -o wheels/requirements.txt
+	sed 's/ ; .*/ \\/' requirements.lock >build/uv/requirements.all
+	@said=$$(build/uv/bin/python $(LOCKED) --target build/lock --only-binary :all: -r build/uv/requirements.all) $(OR_SAY_WHY)
+	PYTHONPATH=build/lock $(PYTHON) docs/make_licences.py
 
 # An editable install, so the core that it compiles is the same file that .venv uses.
 LOWEST_TESTS = $(addprefix tests/test_,cli.py dataframe.py read_tables.py read_blf.py report.py vehicle.py simulate.py \
-	budget.py estimate.py core_save.py memory.py live.py fleet_trucks.py)
+	budget.py estimate.py core_save.py memory.py live.py fleet_tables.py fleet_trucks.py)
 LOWEST_MF4_TESTS = $(addprefix tests/test_,extras.py read_formats.py read_bad_input.py read_runs_no_code.py \
 	simulate_logs.py vehicle_dbc.py)
 MATRIX = 3.11 3.12 3.13
@@ -277,7 +285,7 @@ lowest-%:
 	$(call python_of,$*) -m venv build/lowest-$*
 	@said=$$(build/lowest-$*/bin/python $(PIP) -c requirements.lowest 'setuptools>=77' cffi) $(OR_SAY_WHY)
 	@said=$$(build/lowest-$*/bin/python $(PIP) -c requirements.lowest --no-build-isolation -e '.[can,live,report,thesis]' \
-	  blake3 pyarrow hypothesis packaging pytest pytest-benchmark pytest-xdist scipy) $(OR_SAY_WHY)
+	  blake3 pyarrow hypothesis packaging pytest pytest-xdist scipy) $(OR_SAY_WHY)
 	build/lowest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow" $(LOWEST_TESTS)
 	grep -v '^numpy' requirements.lowest >build/lowest-$*/mf4
 	@said=$$(build/lowest-$*/bin/python $(PIP) -c build/lowest-$*/mf4 asammdf h5py rosbags 'numpy<2.2') $(OR_SAY_WHY)
@@ -291,7 +299,7 @@ newest-%:
 	build/newest-$*/bin/python $(PYTEST) -p no:cacheprovider -m "not slow"
 
 clean: ## remove everything that make wrote, .venv too
-	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis .benchmarks
+	rm -rf .venv build dist demo .pytest_cache .mypy_cache .ruff_cache .hypothesis
 	rm -rf src/*.egg-info src/oncenter/liboncenter.* src/oncenter/_declarations.py
 
 .venv/python: | packages
@@ -301,24 +309,21 @@ clean: ## remove everything that make wrote, .venv too
 	@$(PYTHON) -m venv --clear .venv
 	@touch $@
 
-# The build tools first, pinned by the lock as well: an isolated build would ignore the lock.
-.venv/tools: .venv/python requirements.lock
-	@echo "installing setuptools and cffi, which compile the core"
-	@said=$$($(BIN)/python $(PIP) -c requirements.lock 'setuptools>=77' cffi) $(OR_SAY_WHY)
+# With setuptools and cffi, which compile the core: an isolated build would ignore the lock.
+.venv/tools: .venv/python requirements.demo.lock
+	@echo "installing the packages of an answer and its report: some 30 packages, 340 MB"
+	@said=$$($(BIN)/python $(LOCKED) -r requirements.demo.lock) $(OR_SAY_WHY)
 	@touch $@
 
 # For the demo: a base install and the report.
 .venv/ready: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
-	@echo "installing the packages of an answer and its report: some 25 packages, 340 MB"
-	@$(BIN)/python -c 'import tomllib; project = tomllib.load(open("pyproject.toml", "rb"))["project"]; \
-	  print(*project["dependencies"], *project["optional-dependencies"]["report"], sep="\n")' >.venv/needed
-	@said=$$($(BIN)/python $(PIP) -c requirements.lock -r .venv/needed) $(OR_SAY_WHY)
 	@echo "compiling the core"
 	@said=$$($(BIN)/python $(PIP) --no-deps --no-build-isolation -e .) $(OR_SAY_WHY)
 	@touch $@
 
 # All extras, and the packages of tests, benches and checks.
-.venv/dev: .venv/tools pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
+.venv/dev: .venv/tools requirements.lock pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
 	@echo "installing all extras and what the tests need: some 130 packages, 1.9 GB; compiling the core"
-	@said=$$($(BIN)/python $(PIP) --no-build-isolation -c requirements.lock -e '.[dev]') $(OR_SAY_WHY)
+	@said=$$($(BIN)/python $(LOCKED) -r requirements.lock) $(OR_SAY_WHY)
+	@said=$$($(BIN)/python $(PIP) --no-deps --no-build-isolation -e .) $(OR_SAY_WHY)
 	@touch .venv/ready $@

@@ -1,5 +1,6 @@
 """Writes docs/licences.md from the installed packages: run by `make lock`, after the lock itself."""
 
+import tomllib
 from importlib.metadata import Distribution, distribution
 from pathlib import Path
 
@@ -7,31 +8,49 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 PAGE = Path(__file__).with_name("licences.md")
+PROJECT = tomllib.loads((PAGE.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+# Every system that a wheel is for: a package that one of them needs is listed.
+SYSTEMS = (
+    {"sys_platform": "linux", "platform_system": "Linux", "os_name": "posix", "platform_machine": "x86_64"},
+    {"sys_platform": "win32", "platform_system": "Windows", "os_name": "nt", "platform_machine": "AMD64"},
+    {"sys_platform": "darwin", "platform_system": "Darwin", "os_name": "posix", "platform_machine": "arm64"},
+)
 
 HEAD = """# Licences of what oncenter uses
 
 oncenter itself is MIT. This page is made by `make lock` from the metadata of the packages that `requirements.lock`
-pins; none of them is copied into this repository. The C core uses nothing but the C library. A report page carries
-BokehJS (bokeh, BSD-3-Clause) within itself, an FMU the headers of its standard (Modelica Association, BSD-2-Clause,
-their text beside them in `src/oncenter/export/fmi`).
+pins, for every system that has a wheel. None of them is copied into this repository. The C core uses nothing but the C
+library. A report page carries BokehJS (bokeh, BSD-3-Clause) within itself, an FMU the headers of its standard (Modelica
+Association, BSD-2-Clause, their text beside them in `src/oncenter/export/fmi`).
 """
 
 
-def needed(names: list[str], extra: str = "") -> set[str]:
-    """The packages by these names and all that they need in turn, oncenter itself left out."""
-    seen = {(name, extra) for name in names}
+def needed(extra: str = "") -> set[str]:
+    """The packages that oncenter needs, with those that they need in turn."""
+    seen = {("oncenter", wanted) for wanted in {"", extra}}
     waiting = list(seen)
     while waiting:
-        name, extra = waiting.pop()
-        for text in distribution(name).requires or []:
-            requirement = Requirement(text)
-            if requirement.marker and not requirement.marker.evaluate({"extra": extra}):
-                continue
-            needs = canonicalize_name(requirement.name)
-            new = {(needs, wanted) for wanted in ["", *requirement.extras]} - seen
-            seen |= new
-            waiting += new
+        new = {(name, wanted) for name, extras in requirements(*waiting.pop()) for wanted in ["", *extras]} - seen
+        seen |= new
+        waiting += new
     return {name for name, _ in seen} - {"oncenter"}
+
+
+def requirements(name: str, extra: str = "") -> list[tuple[str, set[str]]]:
+    """The needs of a package with an extra of it, on any system: names with their own extras."""
+    given = [Requirement(text) for text in _stated(name, extra)]
+    return [(canonicalize_name(each.name), each.extras) for each in given if _holds(each, extra)]
+
+
+def _stated(name: str, extra: str) -> list[str]:
+    if name == "oncenter":
+        return PROJECT["optional-dependencies"][extra] if extra else PROJECT["dependencies"]
+    return distribution(name).requires or []
+
+
+def _holds(requirement: Requirement, extra: str) -> bool:
+    marker = requirement.marker
+    return marker is None or any(marker.evaluate({"extra": extra, **system}) for system in SYSTEMS)
 
 
 def licence(package: Distribution) -> str:
@@ -58,13 +77,13 @@ def table(names: set[str]) -> str:
 
 
 def main() -> None:
-    base = needed(["oncenter"])
-    users = needed(["oncenter"], extra="all")
-    developers = needed(["oncenter"], extra="dev")
+    base = needed()
+    users = needed("all") | needed("ray")
+    developers = needed("dev")
     parts = [
         HEAD,
         *("## To run it: `pip install oncenter`\n", table(base)),
-        *("## With all extras: `pip install 'oncenter[all]'`\n", table(users - base)),
+        *("## With all extras: `pip install 'oncenter[all,ray]'`\n", table(users - base)),
         *("## To test and measure it\n", table(developers - users)),
     ]
     PAGE.write_text("\n".join(parts), encoding="utf-8")

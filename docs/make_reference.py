@@ -18,8 +18,9 @@ from typer.main import get_command
 
 from oncenter.cli import EXIT_CODES
 from oncenter.cli.app import app
+from oncenter.files.toml_text import entry
 from oncenter.vehicle import tandem_side_force_m2_s2
-from oncenter.vehicle_file.written import toml, vehicle_text
+from oncenter.vehicle_file.written import vehicle_text
 from oncenter.vehicle_keys import KEYS, SIGNAL_ENTRY, TABLES, Key
 
 ROOT = Path(__file__).parents[1]
@@ -246,7 +247,7 @@ def _table_section(key: Key) -> Iterator[str]:
     }
     yield "\n```toml"
     yield f"[{key.name}]"
-    yield from (f"{name} = {toml(value)}" for name, value in (key.example or example).items())
+    yield from (entry(name, value) for name, value in (key.example or example).items())
     yield "```"
 
 

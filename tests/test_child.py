@@ -122,12 +122,22 @@ def test_endless_waiting_is_stopped() -> None:
     assert end_of(Limits(cpu_s=0.3, resident_bytes=2 << 30), do="wait").code == "reader_time"
 
 
+def test_the_processor_time_of_a_child_is_measured_until_it_ends() -> None:
+    child = Child(MODULE)
+    pid = child._process.pid
+    assert ask(child, do="echo", say="ready")
+    before = room._cpu_s(pid)
+    with pytest.raises(ChildDied):
+        ask(child, Limits(cpu_s=0.5, resident_bytes=2 << 30), do="compute")
+    assert before is not None and 0.0 < before < 5.0
+    assert room._cpu_s(pid) is None and room._resident_bytes(pid) is None
+
+
 def test_the_text_of_a_time_limit_does_not_depend_on_the_load() -> None:
     limits = Limits(cpu_s=0.6, resident_bytes=2 << 30)
     assert str(end_of(limits, do="compute")) == str(end_of(limits, do="wait"))
 
 
-@pytest.mark.linux
 def test_endless_growth_is_stopped_soon_after_the_limit() -> None:
     died = end_of(Limits(cpu_s=60.0, resident_bytes=500 << 20), do="grow")
     assert died.code == "reader_memory"
@@ -170,7 +180,6 @@ def test_a_child_is_reused_unless_it_died() -> None:
         assert pid_of(child) != first
 
 
-@pytest.mark.linux
 def test_a_child_that_grew_is_not_reused(monkeypatch: pytest.MonkeyPatch) -> None:
     with borrowed(MODULE) as child:
         first = pid_of(child)

@@ -175,11 +175,13 @@ def test_a_log_left_out_among_others_is_named_with_its_extra(base: Interpreter, 
 
 
 def test_a_partly_installed_extra_is_detected(folder: Path, tmp_path: Path) -> None:
-    few = Interpreter(tmp_path, ["msgpack", "ray"])
+    few = Interpreter(tmp_path, ["msgpack", "pyarrow", "ray"])
     said = few.oncenter("live", "239.74.163.2", "--interface", "udp_multicast", *TRUCK, folder=folder)
     assert line_of(said).startswith("--interface udp_multicast needs msgpack, ")
     command = ("fleet", "run", "drive.log", "--vehicles", "fleet", "--output", "other", "--engine", "ray")
     assert line_of(few.oncenter(*command, folder=folder)).startswith("--engine ray needs Ray, ")
+    bucket = ("fleet", "run", "s3://bucket/logs", "--vehicles", "fleet", "--output", "another")
+    assert line_of(few.oncenter(*bucket, folder=folder)).startswith("s3:// needs pyarrow, ")
     few.close()
 
 
@@ -222,5 +224,6 @@ def test_the_all_extra_includes_every_extra_for_users() -> None:
         "dev",
         "docs",
         "fmu",
-    }  # a compiler of 400 MB and a site generator are not for all users
+        "ray",
+    }  # a compiler of 400 MB, a cluster of 200 MB and a site generator are not for all users
     assert names(extras["all"]) == set().union(*(names(extras[name]) for name in of_users))

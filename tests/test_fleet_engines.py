@@ -32,7 +32,7 @@ pytestmark = pytest.mark.slow
 def test_ray_gives_the_bytes_that_this_machines_processes_give(
     fleet: Path, undisturbed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[ray]'")
     if "libasan" in os.environ.get("LD_PRELOAD", ""):
         pytest.skip("Ray's processes do not always begin under the sanitizers; what they call is tested without Ray")
     monkeypatch.setattr(engines, "_LOGS_WHILE_RAY_BEGINS", 3)
@@ -52,7 +52,7 @@ def test_ray_gives_the_bytes_that_this_machines_processes_give(
 
 
 def test_what_was_answered_is_kept_where_ray_does_not_begin(monkeypatch: pytest.MonkeyPatch) -> None:
-    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[ray]'")
     logs = [LogFile(f"{k}.csv", "", 0, 0.0) for k in range(20)]
     done = threading.Event()
 
@@ -74,7 +74,7 @@ def test_what_was_answered_is_kept_where_ray_does_not_begin(monkeypatch: pytest.
 
 
 def test_ray_ends_also_with_a_run_that_fails_before_its_first_task(monkeypatch: pytest.MonkeyPatch) -> None:
-    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[ray]'")
     answered, ended = threading.Event(), threading.Event()
 
     def work(_: LogFile) -> dict[str, Any]:
@@ -101,7 +101,7 @@ def test_the_last_logs_are_left_for_while_ray_ends_and_none_is_lost() -> None:
 
 def test_logs_whose_task_ray_killed_are_answered_by_this_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     """Ray's memory monitor kills tasks when other work fills the machine; it would try such a task again for ever."""
-    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    ray = pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[ray]'")
     logs = [LogFile(f"{k}.csv", "", 0, 0.0) for k in range(20)]
     tried: list[LogFile] = []
 
@@ -128,7 +128,7 @@ def test_logs_whose_task_ray_killed_are_answered_by_this_machine(monkeypatch: py
 
 
 def test_a_ray_cluster_that_does_not_answer_is_named_at_once() -> None:
-    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[ray]'")
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
     for address in (f"127.0.0.1:{port}", f"ray://127.0.0.1:{port}"):

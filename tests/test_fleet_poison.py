@@ -166,7 +166,7 @@ def test_nights_that_are_killed_and_one_that_is_not_end_as_one_undisturbed(
 
 
 def test_a_night_of_ray_ends_as_one_of_child_processes(poisoned: Path, first: tuple[Path, Ended]) -> None:
-    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[fleet]'")
+    pytest.importorskip("ray", reason="Ray is not installed: pip install 'oncenter[ray]'")
     if "libasan" in os.environ.get("LD_PRELOAD", ""):
         pytest.skip("Ray's processes do not always begin under the sanitizers; what they call is tested without Ray")
     output = poisoned / "ray"

@@ -10,11 +10,13 @@ from importlib.metadata import distributions
 from pathlib import Path
 
 import pytest
+from locked import pinned
 from packaging.specifiers import SpecifierSet
+from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
-AT_ROOT = ("pyproject.toml", "requirements.lock", "setup.py", "liboncenter.py")
+AT_ROOT = ("pyproject.toml", "requirements.demo.lock", "requirements.lock", "setup.py", "liboncenter.py")
 FOR_DEMO = {"python3", "python3-venv", "gcc", "libc6-dev"}
 FOR_TEST = FOR_DEMO | {"cppcheck", "g++"}
 # Installs by making programs that do nothing.
@@ -100,10 +102,10 @@ def test_each_list_of_packages_is_of_a_target_and_each_package_can_be_looked_for
 def test_every_pin_accepts_the_lowest_python_that_the_project_allows() -> None:
     allowed = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["requires-python"]
     lowest = f"{allowed.removeprefix('>=')}.0"
-    pins = dict(line.split("==") for line in (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines())
-    pinned = [package for package in distributions() if pins.get(package.name) == package.version]
-    assert pinned, "none of the pinned versions is installed"
-    needed = {package.name: package.metadata["Requires-Python"] for package in pinned}
+    pins = pinned("requirements.lock")
+    there = [package for package in distributions() if pins.get(canonicalize_name(package.name)) == package.version]
+    assert there, "none of the pinned versions is installed"
+    needed = {package.name: package.metadata["Requires-Python"] for package in there}
     assert {name: needs for name, needs in needed.items() if needs and lowest not in SpecifierSet(needs)} == {}
 
 

@@ -13,9 +13,13 @@ from pathlib import Path
 
 import cffi
 import pytest
+from locked import pinned
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
 HEADERS = sorted(ROOT.glob("core/*/*.h")) + sorted(ROOT.glob("src/oncenter/simulate/native/*.h"))
+LOCKS = ("requirements.lock", "requirements.demo.lock", "wheels/requirements.txt")
 MADE_BY_COMMANDS = {"demo/drive.log", "demo/report.html", ".venv/bin/oncenter", ".venv/bin/python"}
 
 
@@ -114,9 +118,27 @@ def test_the_version_is_the_same_everywhere() -> None:
 
 
 def test_the_lock_pins_versions_and_contains_no_address() -> None:
-    lines = text("requirements.lock").splitlines()
-    assert lines
-    assert not [line for line in lines if not re.fullmatch(r"[\w.-]+==[\w.]+", line)]
+    for name in LOCKS:
+        lines = [line for line in text(name).splitlines() if not line.startswith("#")]
+        pins = [line for line in lines if re.fullmatch(r"[\w.-]+==[\w.]+( ; [\w .<='!]+)? \\", line)]
+        hashes = [line for line in lines if re.fullmatch(r"    --hash=sha256:[0-9a-f]{64}( \\)?", line)]
+        assert pins and len(pins) + len(hashes) == len(lines)
+        last = [line for line in hashes if not line.endswith("\\")]
+        assert len(last) == len(pins), f"{name}: each pin has a hash"
+
+
+def test_every_package_that_the_project_needs_is_locked_at_a_version_that_it_allows() -> None:
+    """pip installs the lock without looking for what else is needed."""
+    project = tomllib.loads(text("pyproject.toml"))
+    extras = project["project"]["optional-dependencies"]
+    for lock, names in (("requirements.lock", set(extras) - {"fmu"}), ("requirements.demo.lock", {"report"})):
+        pins = pinned(lock)
+        given = [line for name in names for line in extras[name]]
+        for line in (*project["project"]["dependencies"], *given, *project["build-system"]["requires"]):
+            requirement = Requirement(line)
+            name = canonicalize_name(requirement.name)
+            assert name == "oncenter" or pins[name] in requirement.specifier, f"{lock}: {line}"
+    assert pinned("requirements.demo.lock").items() <= pinned("requirements.lock").items()
 
 
 def test_the_lowest_versions_are_those_that_the_project_allows() -> None:
@@ -125,12 +147,12 @@ def test_the_lowest_versions_are_those_that_the_project_allows() -> None:
     allowed = [line for given in (project["dependencies"], *extras.values()) for line in given if ">=" in line]
     tried = [line for line in allowed if not line.startswith("ray")]  # it is 300 MB
     first = dict(reversed(re.findall(r"^([\w.-]+)==([\w.]+)", text("requirements.lowest"), re.MULTILINE)))
-    assert first == dict(line.split(">=") for line in tried)
+    assert first == dict(line.partition(";")[0].split(">=") for line in tried)
 
 
 def test_every_locked_package_has_its_licence_listed() -> None:
     listed = dict(re.findall(r"^\| ([\w.-]+) \| (\d\S*) \| (?!not stated)", text("docs/licences.md"), re.MULTILINE))
-    assert listed == dict(line.split("==") for line in text("requirements.lock").splitlines())
+    assert {canonicalize_name(name): version for name, version in listed.items()} == pinned("requirements.lock")
 
 
 def test_no_kept_file_names_a_machine_or_a_package_registry() -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import polars as pl
 import pytest
 import yaml
+from locked import pinned
 from test_estimate import steady_drive
 
 import oncenter as oc
@@ -47,9 +48,9 @@ def test_the_advice_for_sharing_a_log_keeps_the_answer_and_removes_position_and_
 
 def test_the_hooks_before_a_commit_have_the_versions_of_the_lock() -> None:
     hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))
-    locked = dict(line.split("==") for line in (ROOT / "requirements.lock").read_text(encoding="utf-8").splitlines())
-    pinned = {repo["repo"].rpartition("/")[2].removesuffix("-pre-commit"): repo["rev"] for repo in hooks["repos"]}
-    assert pinned == {name: f"v{locked[name]}" for name in ("ruff", "typos")}
+    locked = pinned("requirements.lock")
+    revisions = {repo["repo"].rpartition("/")[2].removesuffix("-pre-commit"): repo["rev"] for repo in hooks["repos"]}
+    assert revisions == {name: f"v{locked[name]}" for name in ("ruff", "typos")}
 
 
 def test_the_workflow_runs_the_portable_tests_of_the_makefile_on_wheels_that_exist() -> None:

@@ -2,8 +2,7 @@
 
 Logs may be hostile, and the libraries that read them are not hardened. So they run in a separate process, which the
 parent stops when it uses more CPU time or memory than a file of that size can need. A child's end costs one log and
-nothing else. Only Linux reports the usage of another process: elsewhere memory is not limited, and CPU time only by
-elapsed time.
+nothing else. Linux reports the usage of another process in /proc; on Windows and macOS psutil asks the system.
 
 The parent starts it as `python -m MODULE` and writes one JSON line per request. The child answers with messages: a JSON
 line each, followed by the number of bytes given in it. Nothing is unpickled on either side. This file imports nothing
@@ -30,6 +29,9 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from oncenter.errors import OncenterError
+
+if sys.platform != "linux":
+    import psutil
 
 Message = tuple[Mapping[str, Any], bytes]  # header, and the bytes that follow it
 Send = Callable[..., None]  # takes a header, then the buffers that follow it
@@ -440,9 +442,14 @@ def _signal_name(number: int) -> str:
 
 
 def _resident_bytes(pid: int) -> int | None:
-    """The memory of a process; None if the system does not report it: then memory is not limited."""
+    """The memory of a process; None once it has ended. On Windows its private memory counts if that is more: the
+    resident part shrinks when the machine runs out of memory."""
     if sys.platform != "linux":
-        return None
+        try:
+            memory = psutil.Process(pid).memory_info()
+        except psutil.Error:
+            return None
+        return int(max(memory.rss, getattr(memory, "private", 0)))
     try:
         with open(f"/proc/{pid}/statm", "rb") as file:
             return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
@@ -451,9 +458,13 @@ def _resident_bytes(pid: int) -> int | None:
 
 
 def _cpu_s(pid: int) -> float | None:
-    """CPU time so far; None if the system does not report it: then only elapsed time is limited."""
+    """CPU time so far; None once the process has ended."""
     if sys.platform != "linux":
-        return None
+        try:
+            times = psutil.Process(pid).cpu_times()
+        except psutil.Error:
+            return None
+        return float(times.user + times.system)
     try:
         with open(f"/proc/{pid}/stat", "rb") as file:
             fields = file.read().rpartition(b")")[2].split()  # the process name before it may contain blanks
@@ -463,8 +474,8 @@ def _cpu_s(pid: int) -> float | None:
 
 
 def _half_of_memory() -> int | None:
-    if sys.platform == "win32":
-        return None
+    if sys.platform != "linux":
+        return int(psutil.virtual_memory().total) // 2
     try:
         return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE") // 2
     except (ValueError, OSError):

@@ -18,6 +18,7 @@ from urllib.parse import quote
 from blake3 import blake3
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.extra import require_package
 from oncenter.files.file_name import file_stem, printable_name
 from oncenter.files.folder import OUTSIDE, files_below, is_log
 from oncenter.files.regular_file import open_regular_file, refuse_sparse
@@ -169,6 +170,7 @@ def _why_not(folder: str) -> str:
 def _in_store(place: str, suffixes: tuple[str, ...]) -> Iterator[LogFile]:
     """A part of a key may be empty: pyarrow lists that folder under the name of the folder around it, and cannot open
     its objects. They get one row."""
+    require_package("pyarrow", "s3://")
     from pyarrow.fs import FileSelector, FileType
 
     bare, _, options = place.partition("?")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -14,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from oncenter.errors import OncenterError
 from oncenter.files.file_name import printable
 from oncenter.files.toml_file import read_toml, refusal
+from oncenter.files.toml_text import entry
 from oncenter.files.whole_file import write_whole
 from oncenter.memory.truck import Load, PastDrive, Remembered, TruckMemory
 from oncenter.signals import DEGREE
@@ -168,8 +168,8 @@ def text_of(memory: TruckMemory) -> str:
 
 
 def _lines(memory: TruckMemory) -> Iterator[str]:
-    yield f'schema = "{SCHEMA}"'
-    yield f"truck = {_text(memory.truck)}"
+    yield entry("schema", SCHEMA)
+    yield entry("truck", printable(memory.truck))
     for name, remembered, unit, factor in (
         ("play", memory.play, "deg", DEGREE),
         ("yaw_rate_bias", memory.yaw_rate_bias, "deg_s", DEGREE),
@@ -182,26 +182,22 @@ def _lines(memory: TruckMemory) -> Iterator[str]:
     for load in memory.loads:
         yield "\n[[understeer_gradient]]"
         yield from _value_lines(load.gradient, "deg_m_s2", DEGREE)
-        yield f"drives = {load.drives}"
+        yield entry("drives", load.drives)
     for drive in memory.drives:
         yield "\n[[drives]]"
-        yield f"log = {_text(drive.key)}"
+        yield entry("log", printable(drive.key))
         yield f"date = {iso(drive.start_s)}"
         if drive.offset is not None and drive.offset_sd is not None:
-            yield f"offset_deg = {_number(drive.offset / DEGREE)}"
-            yield f"offset_sd_deg = {_number(drive.offset_sd / DEGREE)}"
-        yield f"status = {_text(drive.status)}"
+            yield entry("offset_deg", _rounded(drive.offset / DEGREE))
+            yield entry("offset_sd_deg", _rounded(drive.offset_sd / DEGREE))
+        yield entry("status", printable(drive.status))
 
 
 def _value_lines(remembered: Remembered, unit: str, factor: float) -> Iterator[str]:
-    yield f"value_{unit} = {_number(remembered.value / factor)}"
-    yield f"sd_{unit} = {_number(remembered.sd / factor)}"
+    yield entry(f"value_{unit}", _rounded(remembered.value / factor))
+    yield entry(f"sd_{unit}", _rounded(remembered.sd / factor))
     yield f"date = {iso(remembered.date_s)}"
 
 
-def _text(text: str) -> str:
-    return json.dumps(printable(text), ensure_ascii=False)
-
-
-def _number(value: Any) -> str:
-    return repr(float(f"{value:.6g}"))
+def _rounded(value: Any) -> float:
+    return float(f"{value:.6g}")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +10,9 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 
+from oncenter.files.file_name import printable
 from oncenter.files.own_file import metadata
+from oncenter.files.toml_text import entry
 from oncenter.files.whole_file import whole_file, write_whole
 from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
@@ -195,22 +196,22 @@ def write_truth(truth: Truth, table: Path, summary: Path) -> None:
         values["torsion_bar_deg"] = truth.torsion_bar_rad / DEGREE
     if truth.patch_understeer_gradient is not None:
         values["patch_understeer_gradient_deg_m_s2"] = truth.patch_understeer_gradient / DEGREE
-    lines = [f'schema = "{SCHEMA}"', f"scenario = {json.dumps(truth.scenario)}", f"seed = {truth.seed}"]
-    lines += [f"{name} = {_number(value)}" for name, value in values.items()]
+    lines = [entry("schema", SCHEMA), entry("scenario", printable(truth.scenario)), entry("seed", truth.seed)]
+    lines += [entry(name, _rounded(value)) for name, value in values.items()]
     for fault in truth.faults:
         lines += ["", "[[faults]]", *_fault_lines(fault)]
     write_whole(summary, "\n".join(lines) + "\n")
 
 
 def _fault_lines(fault: Fault) -> Iterator[str]:
-    yield f"signal = {json.dumps(fault.signal)}"
-    yield f"kind = {json.dumps(fault.kind)}"
-    yield f"begin_s = {_number(fault.begin_s)}"
-    yield f"end_s = {_number(fault.end_s)}"
+    yield entry("signal", fault.signal)
+    yield entry("kind", fault.kind)
+    yield entry("begin_s", _rounded(fault.begin_s))
+    yield entry("end_s", _rounded(fault.end_s))
     if fault.size is not None:
         unit, factor = _UNITS_IN_FILES[fault.unit]
-        yield f"size_{unit} = {_number(fault.size / factor)}"
+        yield entry(f"size_{unit}", _rounded(fault.size / factor))
 
 
-def _number(value: float) -> str:
-    return repr(float(f"{value:.9g}"))
+def _rounded(value: float) -> float:
+    return float(f"{value:.9g}")

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import oncenter as oc
+from oncenter.files.toml_text import entry
 from oncenter.signals import Signals
 from oncenter.simulate.truth import Truth
 
@@ -32,17 +32,6 @@ def simulated(
         return oc.simulate(base, seed)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"{base}_changed.toml"
-        file.write_text(_toml({"base": base, "about": "changed", **changes}), encoding="utf-8")
+        values = {"base": base, "about": "changed", **changes}
+        file.write_text("\n".join(entry(*each) for each in values.items()), encoding="utf-8")
         return oc.simulate(file, seed)
-
-
-def _toml(values: Mapping[str, Any]) -> str:
-    return "".join(f"{key} = {_inline(value)}\n" for key, value in values.items())
-
-
-def _inline(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{key} = {_inline(item)}" for key, item in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_inline, value)) + "]"
-    return json.dumps(value)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from oncenter.files.toml_text import entry
 from oncenter.vehicle_file.proposals import Proposal
 from oncenter.vehicle_keys import KEYS, TABLES, Key
 
@@ -48,7 +48,7 @@ def _comment(text: str) -> list[str]:
 
 
 def _entry(name: str, value: object, is_given: bool) -> str:
-    return f"{'' if is_given else '#'}{name} = {toml(value)}"
+    return f"{'' if is_given else '#'}{entry(name, value)}"
 
 
 def _table(table: Key, given: Mapping[str, Any], proposals: Sequence[Proposal]) -> Iterator[str]:
@@ -81,16 +81,3 @@ def _proposed(proposals: Sequence[Proposal]) -> Iterator[str]:
         for other in proposal.others:
             yield from _comment(f"Another candidate. {other.remark}".strip())
             yield _entry(other.signal, other.entry(), False)
-
-
-def toml(value: object) -> str:
-    """A value as TOML."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, int | float):
-        return repr(value)
-    if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{name} = {toml(inner)}" for name, inner in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(toml(inner) for inner in value)}]"
-    return json.dumps(str(value), ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -78,7 +78,7 @@ missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || 
 
 .PHONY: help packages demo quick test night lint types elsewhere warnings cppcheck sanitize sanitize-core slow \
 	damaged benches pages portable browser coverage faults fuzz embedded fmu wheels bench accuracy load generated written \
-	docs fresh lock lowest matrix clean
+	docs fresh lock audit lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## list all targets
@@ -271,6 +271,14 @@ LOWEST_MF4_TESTS = $(addprefix tests/test_,extras.py read_formats.py read_bad_in
 MATRIX = 3.11 3.12 3.13
 # A Python of that version: pyenv's, or on the path.
 python_of = $$(ls -d ~/.pyenv/versions/$(1).*/bin/python3 2>/dev/null | grep . || command -v python$(1))
+
+audit: build/audit/ready ## known vulnerabilities of the locked packages, where the advisories can be reached
+	build/audit/bin/python .ci/audit.py requirements.lock wheels/requirements.txt
+
+build/audit/ready: | packages
+	$(PYTHON) -m venv --clear build/audit
+	@said=$$(build/audit/bin/python $(PIP) 'pip-audit>=2.10') $(OR_SAY_WHY)
+	@touch $@
 
 lowest: packages ## tests with the lowest versions that pyproject.toml allows (requirements.lowest)
 	@$(MAKE) --no-print-directory lowest-$$($(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')

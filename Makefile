@@ -191,10 +191,11 @@ fmu: .venv/dev ## the FMU's other platforms in emulators, bit by bit, and two fu
 fresh: packages ## the README's commands on bare Debian systems (DEBIAN=bookworm|trixie, AS=root|user: one alone): docs/platforms.md
 	$(PYTHON) .ci/fresh.py $(DEBIAN) $(AS)
 
-wheels: .venv/ready build/wheels/ready ## the sdist and a wheel for each platform in dist/, checked where they can run
+wheels: .venv/dev build/wheels/ready ## dist/: sdist, a wheel for each platform, checked where it can run, and SBOMs
 	rm -rf dist
 	build/wheels/bin/python wheels/build.py dist
 	build/wheels/bin/python wheels/check.py dist
+	$(BIN)/python wheels/sbom.py dist
 
 build/wheels/ready: wheels/requirements.txt | packages
 	$(PYTHON) -m venv --clear build/wheels

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import shlex
 import subprocess
 import sys
 import sysconfig
+from importlib.metadata import version as version_of
 from pathlib import Path
+from typing import Any
 
 from setuptools import Extension, setup
 from setuptools.command.bdist_wheel import bdist_wheel
@@ -26,6 +29,9 @@ import liboncenter  # noqa: E402
 PLATFORM = os.environ.get("ONCENTER_PLATFORM", sysconfig.get_platform()).replace("-", "_").replace(".", "_")
 OTHER_COMPILER = shlex.split(os.environ.get("ONCENTER_CC", ""))
 
+MINGW = "MinGW-w64 runtime of zig"
+LINKED = {"compiler runtime of zig": {"id": "MIT"}, MINGW: {"id": "ZPL-2.1"}}
+
 NO_COMPILER = (
     "oncenter's core is written in C, and the C compiler failed (see its message above). Install one: on Debian "
     "`apt-get install gcc libc6-dev`, on macOS `xcode-select --install`, on Windows the Visual Studio Build Tools; "
@@ -36,6 +42,18 @@ NO_COMPILER = (
 def version() -> str:
     text = (ROOT / "core" / "monitor" / "monitor.h").read_text(encoding="utf-8")
     return ".".join(re.findall(r"\bOC_VERSION_(?:MAJOR|MINOR|PATCH) = (\d+)", text))
+
+
+def parts_inside() -> dict[str, Any]:
+    """zig links its runtime into a library, and for Windows that of MinGW-w64."""
+    parts: dict[str, Any] = json.loads((ROOT / "wheels" / "inside.cdx.json").read_text(encoding="utf-8"))
+    parts["metadata"]["component"]["version"] = version()
+    for name, licence in LINKED.items() if OTHER_COMPILER else ():
+        if name != MINGW or PLATFORM.startswith("win"):
+            linked = {"type": "library", "bom-ref": name, "name": name, "version": version_of("ziglang")}
+            parts["components"].append({**linked, "licenses": [{"license": licence}]})
+            parts["dependencies"][0]["dependsOn"].append(name)
+    return parts
 
 
 class BuildPackage(build_py):
@@ -98,7 +116,9 @@ class BuildLibrary(build_ext):
             return liboncenter.MSVC_ARGS
         command = [*self.compiler.compiler_so, "--version"]
         compiler = subprocess.run(command, capture_output=True, text=True, check=False).stdout
-        return liboncenter.COMPILE_ARGS + ([] if "clang" in compiler else liboncenter.FASTER_GCC)
+        faster = [] if "clang" in compiler else liboncenter.FASTER_GCC
+        # debug information, which Python's own options ask for, without the name of this folder
+        return [*liboncenter.COMPILE_ARGS, *faster, f"-fdebug-prefix-map={os.getcwd()}=."]
 
     def _link_arguments(self) -> list[str]:
         """Windows' unused import library goes to the build folder; Apple's library gets a name without a path."""
@@ -129,7 +149,7 @@ class Build(build):
 
 
 class Wheel(bdist_wheel):
-    """For any Python 3 of one platform."""
+    """For any Python 3 of one platform, with a bill of the parts inside, where PEP 770 looks for it."""
 
     def finalize_options(self) -> None:
         super().finalize_options()
@@ -137,6 +157,12 @@ class Wheel(bdist_wheel):
 
     def get_tag(self) -> tuple[str, str, str]:
         return "py3", "none", PLATFORM
+
+    def write_wheelfile(self, folder: str, *given: str) -> None:
+        super().write_wheelfile(folder, *given)
+        place = Path(folder) / "sboms"
+        place.mkdir()
+        (place / "oncenter.cdx.json").write_text(json.dumps(parts_inside(), indent=1) + "\n", encoding="utf-8")
 
 
 setup(

@@ -20,8 +20,11 @@ HEAD = """# Licences of what oncenter uses
 
 oncenter itself is MIT. This page is made by `make lock` from the metadata of the packages that `requirements.lock`
 pins, for every system that has a wheel. None of them is copied into this repository. The C core uses nothing but the C
-library. A report page carries BokehJS (bokeh, BSD-3-Clause) within itself, an FMU the headers of its standard (Modelica
-Association, BSD-2-Clause, their text beside them in `src/oncenter/export/fmi`).
+library. Three things carry the work of others within themselves, with the texts of its licences:
+
+- a report page: BokehJS (bokeh, BSD-3-Clause) and the libraries in it (`src/oncenter/report/licences.txt`),
+- a wheel and an FMU: the headers of FMI (Modelica Association, BSD-2-Clause, `src/oncenter/export/fmi`),
+- a library that zig compiled: zig's runtime, on Windows also that of MinGW-w64 (`wheels/licences`).
 """
 
 

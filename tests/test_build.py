@@ -5,6 +5,7 @@ import runpy
 import shutil
 import subprocess
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -22,6 +23,7 @@ def project_in(folder: Path) -> Path:
         shutil.copy(ROOT / name, folder)
     for name in ("core", "dbc", "scenarios", "vehicles", "src"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info", "*.so"))
+    shutil.copytree(ROOT / "wheels", folder / "wheels", ignore=shutil.ignore_patterns("__pycache__"))
     shutil.copytree(ROOT / "docs" / "reference", folder / "docs" / "reference")
     return folder
 
@@ -36,6 +38,21 @@ def test_a_wheel_is_built_from_the_files_of_the_project(tmp_path: Path) -> None:
     done = built(project_in(tmp_path))
     assert done.returncode == 0, done.stderr
     assert [wheel.name.split("-")[2:4] for wheel in tmp_path.glob("dist/*.whl")] == [["py3", "none"]]
+
+
+@pytest.mark.slow
+def test_two_builds_in_two_folders_give_the_same_wheel_with_the_bill_of_its_parts(tmp_path: Path) -> None:
+    wheels = []
+    for name in ("here", "a/longer/folder"):
+        project = tmp_path / name
+        project.mkdir(parents=True)
+        done = built(project_in(project), SOURCE_DATE_EPOCH="1700000000")
+        assert done.returncode == 0, done.stderr
+        wheels += project.glob("dist/*.whl")
+    assert wheels[0].read_bytes() == wheels[1].read_bytes()
+    with zipfile.ZipFile(wheels[0]) as packed:
+        inside = {name.partition(".dist-info/")[2] for name in packed.namelist()}
+    assert {"sboms/oncenter.cdx.json", "licenses/LICENSE", "licenses/wheels/licences/zig.txt"} <= inside
 
 
 @pytest.mark.slow

@@ -1,16 +1,20 @@
 """Builds the sdist, and from it a wheel for each platform, with zig as the compiler.
 
-Usage: build.py OUTPUT; needs the packages build, setuptools, cffi and ziglang.
+Usage: build.py OUTPUT; needs the packages of requirements.txt. A commit gives the same bytes on any day and in any
+folder: all files bear the time of the commit, and no archive an owner or a mode of this machine.
 """
 
 from __future__ import annotations
 
+import gzip
+import io
 import os
 import shlex
 import subprocess
 import sys
 import tarfile
 import tempfile
+from functools import cache
 from multiprocessing.pool import ThreadPool
 from pathlib import Path
 
@@ -22,7 +26,33 @@ ROOT = Path(__file__).parents[1]
 def sdist(folder: Path) -> Path:
     """Builds the sdist of the project into `folder`."""
     _build(ROOT, folder, "--sdist")
-    return next(folder.glob("oncenter-*.tar.gz"))
+    archive = next(folder.glob("oncenter-*.tar.gz"))
+    archive.write_bytes(_without_traces(archive.read_bytes()))
+    return archive
+
+
+def _without_traces(archive: bytes) -> bytes:
+    """The same files in order, without times and owners of this machine."""
+    content = io.BytesIO()
+    with (
+        tarfile.open(fileobj=io.BytesIO(archive)) as given,
+        gzip.GzipFile(filename="", fileobj=content, mode="wb", mtime=commit_s()) as packed,
+        tarfile.open(fileobj=packed, mode="w", format=tarfile.PAX_FORMAT) as clean,
+    ):
+        for member in sorted(given.getmembers(), key=lambda each: each.name):
+            entry = tarfile.TarInfo(member.name)
+            entry.type, entry.size, entry.linkname, entry.mtime = member.type, member.size, member.linkname, commit_s()
+            entry.mode = 0o755 if member.isdir() or member.mode & 0o100 else 0o644
+            clean.addfile(entry, given.extractfile(member) if member.isfile() else None)
+    return content.getvalue()
+
+
+@cache
+def commit_s() -> int:
+    """The time of the commit, or SOURCE_DATE_EPOCH where there is no git."""
+    given = os.environ.get("SOURCE_DATE_EPOCH")
+    command = ["git", "log", "-1", "--format=%ct"]
+    return int(given or subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout)
 
 
 def wheel(archive: Path, platform: Platform, folder: Path) -> Path:
@@ -50,7 +80,8 @@ def _build(source: Path, folder: Path, kind: str, **variables: str) -> None:
         str(folder),
         str(source),
     ]
-    done = subprocess.run(command, env=os.environ | variables, capture_output=True, text=True, check=False)
+    environment = os.environ | {"SOURCE_DATE_EPOCH": str(commit_s())} | variables
+    done = subprocess.run(command, env=environment, umask=0o022, capture_output=True, text=True, check=False)
     if done.returncode:
         raise SystemExit(done.stdout + done.stderr)
 

@@ -1,4 +1,5 @@
-"""Checks the wheels: contents, exported and needed symbols, and results where they can run on this machine.
+"""Checks the wheels: contents, exported and needed symbols, and results where they can run on this machine. A second
+build must give the same bytes.
 
 Usage: check.py FOLDER, from build.py. Needs build, lief and ziglang; on Debian the packages qemu-user, wine, wine64,
 musl and mmdebstrap (`make wheels` installs all). Wheels for macOS and for Windows on ARM cannot run here: only their
@@ -16,6 +17,7 @@ import tarfile
 import tempfile
 import venv
 import zipfile
+from multiprocessing.pool import ThreadPool
 from pathlib import Path
 
 import lief
@@ -24,6 +26,11 @@ from platforms import PLATFORMS, Platform
 ROOT = Path(__file__).parents[1]
 FUNCTIONS = runpy.run_path(str(ROOT / "liboncenter.py"))["FUNCTIONS"]
 CONTENTS = set((ROOT / "CONTENTS").read_text(encoding="utf-8").split())
+BESIDE = {  # in the folder .dist-info
+    "METADATA", "RECORD", "WHEEL", "entry_points.txt", "top_level.txt", "sboms/oncenter.cdx.json",
+    "licenses/LICENSE", "licenses/src/oncenter/export/fmi/LICENSE.txt",
+    "licenses/wheels/licences/mingw-w64.txt", "licenses/wheels/licences/zig.txt",
+}  # fmt: skip
 MACHINE_LIBRARIES = {  # allowed dependencies of a library: present on every such machine
     "manylinux": {"libc.so.6", "libm.so.6", "ld-linux-aarch64.so.1"},
     "musllinux": {"libc.so"},
@@ -48,6 +55,7 @@ def main() -> None:
     folder = Path(sys.argv[1]).resolve()
     archive = next(folder.glob("oncenter-*.tar.gz"))
     check_sdist(archive)
+    check_second_build(folder, archive)
     with tempfile.TemporaryDirectory() as place:
         work = Path(place)
         reference = native_answer(work, next(folder.glob("*-manylinux2014_x86_64.whl")))
@@ -78,12 +86,25 @@ def check_sdist(archive: Path) -> None:
     print(f"{archive.name}: all {len(listed)} files of the project")
 
 
+def check_second_build(folder: Path, archive: Path) -> None:
+    """Builds all once more, later, in other folders and with nothing that zig has kept."""
+    build = runpy.run_path(str(ROOT / "wheels" / "build.py"))
+    with tempfile.TemporaryDirectory() as place, ThreadPool(os.cpu_count()) as pool:
+        os.environ["ZIG_GLOBAL_CACHE_DIR"] = f"{place}/zig"
+        again = build["sdist"](Path(place))
+        wheels = pool.map(lambda platform: build["wheel"](again, platform, Path(place)), PLATFORMS)
+        if other := [each.name for each in (again, *wheels) if each.read_bytes() != (folder / each.name).read_bytes()]:
+            raise SystemExit(f"a second build differs: {', '.join(other)}")
+        del os.environ["ZIG_GLOBAL_CACHE_DIR"]
+    print(f"{archive.name} and {len(wheels)} wheels: a second build has the same bytes", flush=True)
+
+
 def check_contents(wheel: Path, platform: Platform, place: Path) -> Path:
     """Unpacks to `place` and checks the list of files; returns the library."""
     with zipfile.ZipFile(wheel) as packed:
-        there = {name for name in packed.namelist() if ".dist-info/" not in name}
+        there = {name.partition(".dist-info/")[2] or name for name in packed.namelist()}
         packed.extractall(place)
-    expected = CONTENTS | {f"oncenter/{platform.library}"}
+    expected = CONTENTS | {f"oncenter/{platform.library}"} | BESIDE
     if wrong := sorted(there ^ expected):
         raise SystemExit(f"{wheel.name}: missing or unexpected files: {', '.join(wrong)}")
     return place / "oncenter" / platform.library

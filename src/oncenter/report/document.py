@@ -83,7 +83,7 @@ def _asset(name: str) -> str:
 
 def _scripts(plots: str, program: str) -> str:
     library = Resources(mode="inline", minified=True, components=["bokeh"]).render_js()
-    return f"{library}\n{plots}\n<script>{_asset('page.js')}{program}</script>"
+    return f"<!--\n{_asset('licences.txt')}-->\n{library}\n{plots}\n<script>{_asset('page.js')}{program}</script>"
 
 
 def key(**entries: str) -> str:

@@ -42,8 +42,8 @@ _KEY_BYTES = 16
 class LogFile:
     """One log. `uri` is a path (bytes that are no text are escaped by `os.fsdecode`), or `s3://bucket/key` with the key
     as it is: it may hold any character, so it is a name and no URI to be parsed. `options` open its store
-    (`scheme=http&endpoint_override=…`); of a file of this machine they are empty, or `folder.OUTSIDE`. `known` are drives
-    that it may be a copy of: key, truck, and whether their answers hold."""
+    (`scheme=http&endpoint_override=…`); of a file of this machine they are empty, or `folder.OUTSIDE`. `known` are
+    drives that it may be a copy of: key, truck, and whether their answers hold."""
 
     uri: str
     options: str

@@ -9,6 +9,7 @@ from pathlib import Path
 from replay import HERE, Board
 
 CORE = HERE.parent / "core"
+OFFSET_ONLY = HERE.parent / "src" / "oncenter" / "export" / "c" / "offset_only.c"
 INCLUDES = [f"-I{folder}" for folder in CORE.glob("*/")]
 GCC = "arm-none-eabi-gcc"
 # -fno-short-enums: the struct layout of the host, so that bytes can be compared. -fno-math-errno: errno would take a
@@ -64,6 +65,13 @@ def compiled(board: Board, sources: Sequence[Path], folder: Path) -> list[Path]:
         how = ("-Os",) if source.stem in COLD else ()
         _run(GCC, *FLAGS, *STRICT, *board.flags, *how, *INCLUDES, "-c", source, "-o", target)
     return objects
+
+
+def of_offset_alone(board: Board, core_objects: Sequence[Path], folder: Path) -> list[Path]:
+    """Object files without the sensor check and the angle without the sensor: one file takes the place of five."""
+    replaced = re.findall(r"(\w+)\.c\b", OFFSET_ONLY.read_text(encoding="utf-8").split("*/")[0])
+    kept = [target for target in core_objects if target.stem not in replaced]
+    return [*kept, *compiled(board, [OFFSET_ONLY], folder)]
 
 
 def linked(board: Board, objects: Sequence[Path], target: Path, called: Sequence[str], *more: str) -> Path:

@@ -29,6 +29,7 @@ ROWS = {
     "flash of the monitor, KiB": ("72", "72"),
     "flash with saved image, message and trouble code, KiB": ("72", "72"),
     "flash with all public functions, KiB": ("", ""),
+    "flash of the offset alone, KiB": ("64", "64"),
     "RAM: state, KiB": ("28", "28"),
     "RAM: coefficients, KiB": ("", ""),
     "stack of a tick, maximum, bytes": ("1,280", "1,280"),
@@ -102,11 +103,13 @@ def measure(board: Board, folder: Path) -> Measured:
     for used, by_graph in ((measured_tick, tick), (measured_rest, rest)):
         _fail([f"{board.name}: {used} bytes of stack used, {by_graph} by the call graph"] if used > by_graph else [])
     instructions = whole.rows["instructions"]
+    alone = firmware.of_offset_alone(board, core, folder / "alone")
     figures = [
         *(
             _kib(firmware.flash_bytes(board, core, folder / "core.elf", called))
             for called in (firmware.MONITOR, firmware.ECU, firmware.ALL)
         ),
+        _kib(firmware.flash_bytes(board, alone, folder / "alone.elf", firmware.MONITOR)),
         _kib(whole.tail["state"].dtype.itemsize),
         _kib(whole.tail["coefficients"].dtype.itemsize),
         f"{tick:,}",

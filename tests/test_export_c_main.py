@@ -154,3 +154,16 @@ def test_a_folder_without_a_truck_is_the_program_of_a_calibrated_one(tmp_path: P
     assert "This folder has no truck" in (folder / "README.md").read_text(encoding="utf-8")
     source = (folder / "ecu" / "oncenter_vehicle.c").read_text(encoding="utf-8")
     assert "->" not in source
+
+
+def test_the_offset_alone_is_the_same_to_the_last_bit(
+    folder: Path, truck: Vehicle, legs: list[Array], tmp_path: Path
+) -> None:
+    source = (folder / "offset_only" / "offset_only.c").read_text(encoding="utf-8")
+    replaced = re.findall(r"\w+\.c\b", source[: source.index("*/")])
+    kept = [str(file) for file in folder.glob("*.o") if file.with_suffix(".c").name not in replaced]
+    built = ["gcc", "-std=c99", "-ffp-contract=off", *STRICT, "offset_only/offset_only.c", "main.c", "own_functions.c"]
+    subprocess.run([*built, *kept, "-lm", "-o", tmp_path / "main"], cwd=folder, check=True)
+    for count in (1, 2, 3):
+        assert ignition(tmp_path / "main", legs[count - 1], tmp_path) == never_off(truck, legs[:count])
+    assert len(never_off(truck, legs)) == 15_000

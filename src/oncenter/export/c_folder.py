@@ -20,7 +20,7 @@ from oncenter.files.whole_file import write_whole
 from oncenter.vehicle import Vehicle
 
 _C = Path(__file__).with_name("c")
-_PARTS = ("bus", "core", "doc", "ecu", "example", "test", "zephyr")
+_PARTS = ("bus", "core", "doc", "ecu", "example", "offset_only", "test", "zephyr")
 
 
 def write_c(output: str | os.PathLike[str], vehicle: Vehicle | None = None) -> Path:
@@ -97,6 +97,7 @@ def _contents(vehicle: Vehicle | None) -> dict[str, str]:
         "doc/misra.md": of_project("embedded/misra.md"),
         "example/integration.c": of_project("examples/integration.c"),
         **{f"example/{name}": ours(name) for name in ("j1939.c", "j1939.h")},
+        "offset_only/offset_only.c": ours("offset_only.c"),
         "test/test_vectors.c": ours("test_vectors.c"),
         "test/vectors.h": vectors_header(),
     }

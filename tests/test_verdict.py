@@ -9,7 +9,7 @@ from typing import Any
 
 import polars as pl
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import oncenter
@@ -100,6 +100,7 @@ def test_an_offset_below_the_limit_needs_nothing(answer: Answer) -> None:
     half_width=st.floats(0.01, 0.5),
     limit=st.sampled_from([0.5, 1.0, 1.95, 2.0, 2.04, 3.0]),
 )
+@example(value=0.0, half_width=0.49999999999999994, limit=0.5)
 def test_printed_numbers_and_decision_never_disagree(value: float, half_width: float, limit: float) -> None:
     found = about_offset(with_offset(some_answer(), value, half_width, half_width), limit)
     printed = found.headline.partition("± ")[2].split()[0]

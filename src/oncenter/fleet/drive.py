@@ -17,7 +17,7 @@ from oncenter.files.own_file import NOT_A_LOG
 from oncenter.fleet.files import LogFile, at_hand
 from oncenter.fleet.start import starts_outside, valid_start
 from oncenter.fleet.summaries import columns_of
-from oncenter.fleet.trucks import UNKNOWN_TRUCK, Truck, Trucks
+from oncenter.fleet.trucks import Truck, Trucks
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.plausibility.grid_signals import USEFUL
@@ -90,7 +90,7 @@ class Work:
         if truck is None:
             raise OncenterError(
                 f"no vehicle file for {log.uri}: no part of its path and no VIN in it matches a file in --vehicles",
-                code=UNKNOWN_TRUCK,
+                code="unknown_truck",
             )
         return self.trucks.vehicle(truck.vehicle_file)
 

@@ -23,7 +23,7 @@ from oncenter.files.file_name import printable_name
 from oncenter.fleet.files import NOT_A_FILE, UNREADABLE_FOLDER, LogFile
 from oncenter.fleet.ledger_file import NAME, is_damage, opened, set_apart_damaged_rows, store
 from oncenter.fleet.start import own_outside, starts_outside, with_earliest
-from oncenter.fleet.trucks import UNKNOWN_TRUCK, Trucks
+from oncenter.fleet.trucks import Trucks
 
 LEDGER = "ledger.sqlite"  # in an output folder
 
@@ -167,7 +167,7 @@ class Ledger:
         """
         uri = printable_name(log.uri)
         key, truck = row["key"] or f"{_UNREAD}{uri}", str(row["truck"])
-        if row.get("error_code") == UNKNOWN_TRUCK:
+        if row.get("error_code") == "unknown_truck":
             truck = self._owner(key) or truck
         elif truck:
             self._give_to(truck, key)

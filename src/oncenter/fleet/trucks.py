@@ -17,7 +17,6 @@ from oncenter.files.toml_file import BYTES_MAX
 from oncenter.vehicle import Vehicle, vehicle
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 
-UNKNOWN_TRUCK = "unknown_truck"  # error code
 _VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # without I, O and Q: ISO 3779
 _DBC_BYTES_MAX = 16 << 20  # the rest is not read
 _SUFFIX = re.compile(rf"({'|'.join(map(re.escape, SUFFIXES))})$", re.IGNORECASE)

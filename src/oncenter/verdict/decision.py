@@ -15,6 +15,7 @@ from oncenter.truck.zero import Zero
 from oncenter.verdict.states import Code
 
 Interval = tuple[float, float]  # deg, the lower end first
+FINEST_DIGITS = 8  # after the decimal point, that are ever printed: an end is at the limit if it reads so
 
 # Faults of the angle sensor by the core's names that a log with a wrong or a missing signal shows as well.
 OF_SIGNAL_OR_SENSOR = ("lost", "stuck", "jumped", "wrong_sign")
@@ -85,7 +86,7 @@ def _over(own: Interval, whole: Interval, has_play: bool) -> Code:
 
 def standing(interval: Interval, limit: float) -> Literal["over", "within", "undecided"]:
     """Whether the whole interval is at the limit or beyond, on one side; within it; or neither. All in one unit."""
-    low, high = interval
+    low, high = (round(end, FINEST_DIGITS) for end in interval)  # as it can be printed
     if low >= limit or high <= -limit:
         return "over"
     return "within" if max(-low, high) < limit else "undecided"

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from oncenter.verdict.decision import standing
-
-_DIGITS_MAX = 9
+from oncenter.verdict.decision import FINEST_DIGITS, standing
 
 
 class Shown(NamedTuple):
@@ -26,7 +24,7 @@ def shown(value: float, half_width: float, limit: float, digits: int = 1) -> Sho
     """A value with its 95 % half-width, both in the unit of the limit, with `digits` or as many more as the decision
     needs: 1.96 ± 0.02 is within a limit of 2, and 2.0 ± 0.1 would not be."""
     exact = standing((value - half_width, value + half_width), limit)
-    for count in range(digits, _DIGITS_MAX):
+    for count in range(digits, FINEST_DIGITS + 1):
         found = Shown(round(value, count) + 0.0, max(round(half_width, count), 10.0**-count), count)
         ends = (round(found.value + sign * found.half_width, count) for sign in (-1, 1))
         if standing((next(ends), next(ends)), limit) == exact:
@@ -37,7 +35,7 @@ def shown(value: float, half_width: float, limit: float, digits: int = 1) -> Sho
 def between(value: float, low: float, high: float, limit: float) -> tuple[str, str]:
     """A value, "+2.1", and its interval, "+2.0 to +2.3", with as many digits as `shown`."""
     exact = standing((low, high), limit)
-    for count in range(1, _DIGITS_MAX):
+    for count in range(1, FINEST_DIGITS + 1):
         first, last = (round(end, count) + 0.0 for end in (low, high))
         if standing((first, last), limit) == exact:
             break

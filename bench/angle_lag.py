@@ -22,6 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from angle_drives import LEARNING_S, AngleDrive, Array, Table, named, simulated
+from sections import between
 
 import oncenter as oc
 from oncenter.signals import DEGREE
@@ -36,7 +37,7 @@ ENOUGH_S = 30.0  # of a class in a scenario, for its coverage to be asked
 COVERAGE_MIN, SPREAD_MIN, SPREAD_MAX = 0.92, 0.25, 1.5
 WEAVE_RMS_MAX_DEG = 2.0  # of `weave` at 0.5 Hz
 PAGE = Path(__file__).parents[1] / "docs" / "angle.md"
-MARKS = ("<!-- bench/angle_lag.py --page -->\n", "<!-- end of lag -->\n")
+BEGIN, END = "<!-- bench/angle_lag.py --page -->", "<!-- end of lag -->"
 
 
 @dataclass(frozen=True)
@@ -192,9 +193,7 @@ def main() -> None:
     written = "\n".join([about, "", *lags, "", *rates])
     print(written)
     if given.page:
-        text = PAGE.read_text(encoding="utf-8")
-        above, below = text.index(MARKS[0]) + len(MARKS[0]), text.index(MARKS[1])
-        PAGE.write_text(f"{text[:above]}\n{written}\n\n{text[below:]}", encoding="utf-8")
+        PAGE.write_text(between(PAGE.read_text(encoding="utf-8"), BEGIN, END, f"\n{written}\n"), encoding="utf-8")
 
 
 if __name__ == "__main__":

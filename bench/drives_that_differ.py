@@ -27,6 +27,7 @@ import polars as pl
 from accuracy import BUILD, REPORTED_FROM, TUNING_FROM, names_of
 from accuracy_rows import Drive, Row, as_toml, drive, laid_over, vehicle_file
 from population import CROWN_M_S2, PERCENT_PER_M_S2, PRIORS, Normal
+from sections import between
 from truck_drives import CROWN_OF_REGION, OF_DRIVE, OF_TRUCK, ROADS
 
 import oncenter as oc
@@ -391,8 +392,7 @@ def main() -> None:
     table = "\n".join(lines(found))
     print(table)
     if given.page:
-        before, begin, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
-        PAGE.write_text(f"{before}{begin}\n{table}\n{END}{rest.partition(END)[2]}", encoding="utf-8")
+        PAGE.write_text(between(PAGE.read_text(encoding="utf-8"), BEGIN, END, table), encoding="utf-8")
 
 
 if __name__ == "__main__":

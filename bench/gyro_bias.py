@@ -19,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 import polars as pl
 from accuracy_rows import as_ebc2
+from sections import between
 
 from oncenter import _core
 from oncenter.signals import DEGREE, Signals
@@ -26,7 +27,7 @@ from oncenter.simulate import simulate
 from oncenter.vehicle import vehicle
 
 PAGE = Path(__file__).parents[1] / "docs" / "method.md"
-MARKS = ("<!-- bench/gyro_bias.py --page -->\n", "<!-- end -->\n")
+BEGIN, END = "<!-- bench/gyro_bias.py --page -->", "<!-- end -->"
 FIRST_SEED = 101  # tuned on 1 to 12
 MINUTE_S, FAST_M_S = 60.0, 15.0
 HALF_A_DEGREE = 0.5 * DEGREE / 60.0  # rad/s^2: 0.5 deg/s a minute
@@ -150,9 +151,7 @@ def main() -> None:
     given = parser.parse_args()
     written = table(given.seeds)
     if given.page:
-        text = PAGE.read_text(encoding="utf-8")
-        above, below = text.index(MARKS[0]) + len(MARKS[0]), text.index(MARKS[1])
-        PAGE.write_text(f"{text[:above]}\n{written}\n\n{text[below:]}", encoding="utf-8")
+        PAGE.write_text(between(PAGE.read_text(encoding="utf-8"), BEGIN, END, f"\n{written}\n"), encoding="utf-8")
 
 
 if __name__ == "__main__":

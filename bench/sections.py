@@ -1,4 +1,4 @@
-"""Sections of docs/accuracy.md that are not written by bench/accuracy.py."""
+"""Parts of a page that several commands write: sections of docs/accuracy.md, and what stands between two marks."""
 
 from __future__ import annotations
 
@@ -26,6 +26,12 @@ def with_section(page: str, section: str) -> str:
     begin = lines.index(heading) if heading in lines else len(lines)
     parts = ("\n".join(lines[:begin]), section, "\n".join(lines[_end(lines, begin) :]))
     return "\n\n".join(part.strip() for part in parts if part.strip()) + "\n"
+
+
+def between(page: str, begin: str, end: str, written: str) -> str:
+    """The page with this text between its two marks, of which a missing one is a `ValueError`."""
+    above = page.index(begin) + len(begin)
+    return f"{page[:above]}\n{written}\n{page[page.index(end, above) :]}"
 
 
 def _end(lines: Sequence[str], begin: int) -> int:

@@ -20,7 +20,7 @@ from oncenter.vehicle import Vehicle, core_of, core_params
 Array = npt.NDArray[np.float64]
 
 TRUCK_FILE = """
-name = "a /* 6x2 */ with play"
+name = "a **// 6x2 /* with play"
 wheelbase_m = 3.7
 steering_ratio = [0.0, 0.0518, 0.0, -0.00002]
 track_width_rear_m = 1.83
@@ -137,7 +137,7 @@ def test_the_folder_has_what_its_readme_names(folder: Path) -> None:
     paths = {name.replace("{h,c}", kind) for name in named for kind in ("h", "c")}
     assert len(paths) > 10
     assert [path for path in paths if not (folder / path).exists()] == []
-    assert "a /* 6x2 */ with play" in readme and "@" not in readme and "<!--" not in readme
+    assert "a **// 6x2 /* with play" in readme and "@" not in readme and "<!--" not in readme
 
 
 def test_the_trucks_values_stand_in_the_program(folder: Path, truck: Vehicle) -> None:

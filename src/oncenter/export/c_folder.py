@@ -20,7 +20,6 @@ from oncenter.files.whole_file import write_whole
 from oncenter.vehicle import Vehicle
 
 _C = Path(__file__).with_name("c")
-_PARTS = ("bus", "core", "doc", "ecu", "example", "offset_only", "test", "zephyr")
 
 
 def write_c(output: str | os.PathLike[str], vehicle: Vehicle | None = None) -> Path:
@@ -55,9 +54,8 @@ def write_c(output: str | os.PathLike[str], vehicle: Vehicle | None = None) -> P
 def _fill(folder: Path, contents: Mapping[str, str]) -> None:
     """All of it or nothing: the next run would reject a folder with a part."""
     try:
-        for name in _PARTS:
-            (folder / name).mkdir(parents=True, exist_ok=True)
         for name, text in contents.items():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             write_whole(folder / name, text)
     except BaseException:  # an interruption as well
         with suppress(OSError):
@@ -68,9 +66,9 @@ def _fill(folder: Path, contents: Mapping[str, str]) -> None:
 def _empty(folder: Path, names: Iterable[str]) -> None:
     for name in names:
         (folder / name).unlink(missing_ok=True)
-    for part in _PARTS:
+    for part in {(folder / name).parent for name in names} - {folder}:
         with suppress(FileNotFoundError):
-            (folder / part).rmdir()
+            part.rmdir()
 
 
 def _contents(vehicle: Vehicle | None) -> dict[str, str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from oncenter import _core
+from oncenter.files.file_name import printable
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle, core_params
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
@@ -13,7 +14,7 @@ from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 def vehicle_source(vehicle: Vehicle | None) -> str:
     """oncenter_vehicle.c; without a vehicle its function changes nothing."""
     limit_deg = vehicle.offset_limit_deg if vehicle else OFFSET_LIMIT_DEG
-    about = _printable(vehicle.name) if vehicle else "no truck"
+    about = _in_comment(vehicle.name) if vehicle else "no truck"
     body = [f"    {line}" for line in _assignments(vehicle)] if vehicle else ["    (void)vehicle, (void)params;"]
     return "\n".join(
         [
@@ -57,6 +58,6 @@ def _number(name: str, value: float) -> str:
     return str(int(value)) if name == "use_accelerometer" else repr(float(value))
 
 
-def _printable(name: str) -> str:
-    """A name that cannot end the comment in which it stands."""
-    return "".join(letter if letter.isprintable() else " " for letter in name).replace("*/", "").replace("/*", "")
+def _in_comment(name: str) -> str:
+    """A name that cannot end the comment in which it stands: a space forms no new mark, as a cut could."""
+    return printable(name).replace("*/", "* /").replace("/*", "/ *")

@@ -48,7 +48,7 @@ class SignalFault(NamedTuple):
     def bits(self) -> str:
         """Those of a decoded signal: "the start bit, ... that the database gives it: VDC2.Yaw 24|16@1+ of a.dbc"."""
         places = [place for name in self.signals if (place := self.places.get(name))]
-        return ": ".join([_BITS, " and ".join(places)] if places else [_BITS])
+        return f"{_BITS}: {' and '.join(places)}" if places else _BITS
 
     def in_unit(self, value: float) -> str:
         factor, unit = _UNITS[SIGNALS[self.signals[0]].quantity.unit]
@@ -71,7 +71,7 @@ def signal_fault(native: _core.OcAnswer, drives: Sequence[Signals], vehicle: Veh
     places = {name: source.place for name, source in by_name.items()}
     signals = _core.signals_of(native["signals_at_fault"])
     kind, value = _core.SIGNAL_FAULTS[native["signal_fault"]], native["signal_fault_value"]
-    if kind == "scale" and signals == ("steering_wheel_angle",):
+    if kind == "scale" and "steering_wheel_angle" in signals:
         value /= _USUAL_BY_UNDERSTEER
     return SignalFault(kind, signals, value, sources, vehicle, places)
 
@@ -84,7 +84,7 @@ def found_in(signals: Signals, vehicle: Vehicle | None) -> Finding | None:
     core.run({name: decoded.columns[name] for name in _core.COLUMNS if name in decoded.columns})
     native = core.answer()
     fault = signal_fault(native, [signals], truck) if has_signal_fault(native) else None
-    if fault is None or (vehicle is None and fault.kind == "scale" and fault.signals == ("steering_wheel_angle",)):
+    if fault is None or (vehicle is None and fault.kind == "scale" and "steering_wheel_angle" in fault.signals):
         return None
     return finding_of(fault)
 

@@ -10,7 +10,7 @@ import os
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from oncenter.account import Account
 from oncenter.files.child import ChildDied, Send, borrowed, limits_for
@@ -62,24 +62,19 @@ def frames(path: Path, notes: list[str]) -> Generator[Frames, None, None]:
                 yield _as_frames(header["count"], payload)
 
 
-def names_in(log: Path | None, dbc: Sequence[Path]) -> tuple[list[Named], list[Named]]:
-    """The columns of a log that is a table, and the signals of databases.
+def names_in(file: Path, kind: Literal["log", "database"]) -> list[Named]:
+    """The columns of a log that is a table, or the signals of a database.
 
     Args:
-        log: a regular file, or the folder of a bag.
-        dbc: the databases.
+        file: a regular file, or the folder of a bag.
+        kind: what it is.
 
     Raises:
-        OncenterError: as `oncenter.read`, for the log or for a database.
+        OncenterError: as `oncenter.read`, for this file.
     """
-    files = (*([] if log is None else [log]), *dbc)
-    if not files:
-        return [], []
-    request = {"names_in": None if log is None else os.fspath(log), "dbc": [os.fspath(file) for file in dbc]}
-    with borrowed(READER) as child, _named(files[0]):
-        *_, (header, _) = child.ask(request, limits_for(sum(map(_size, files))))
-    columns, signals = ([Named(**each) for each in header[kind]] for kind in ("columns", "signals"))
-    return columns, signals
+    with borrowed(READER) as child, _named(file):
+        *_, (header, _) = child.ask({"names_in": os.fspath(file), "kind": kind}, limits_for(_size(file)))
+    return [Named(**each) for each in header["names"]]
 
 
 @contextlib.contextmanager

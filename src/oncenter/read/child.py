@@ -27,12 +27,8 @@ def _answer(request: Mapping[str, Any], send: Send) -> None:
         send({"notes": notes, "last": True})
         return
     if "names_in" in request:
-        log = request["names_in"]
-        found = {
-            "columns": () if log is None else columns_of_log(Path(log)),
-            "signals": signals_of([Path(file) for file in request["dbc"]]),
-        }
-        send({**{kind: list(map(asdict, names)) for kind, names in found.items()}, "last": True})
+        names_of = {"log": columns_of_log, "database": signals_of}[request["kind"]]
+        send({"names": list(map(asdict, names_of(Path(request["names_in"])))), "last": True})
         return
     names = {signal: SignalName(**name) for signal, name in request["names"].items()}
     dbc = [Path(file) for file in request["dbc"]]

@@ -17,6 +17,7 @@ from xml.parsers import expat
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.extra import require_package
+from oncenter.files.file_name import printable
 from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
 from oncenter.read.wording import reason_of
 
@@ -237,8 +238,3 @@ _REFUSALS: dict[str, Callable[[str, str], None]] = {
 
 def _bad(message: str) -> OncenterError:
     return OncenterError(message, code="bad_dbc", exit_code=WRONG_USAGE)
-
-
-def printable(text: str) -> str:
-    """Text without characters that control a terminal."""
-    return "".join(sign if sign.isprintable() else repr(sign)[1:-1] for sign in text)

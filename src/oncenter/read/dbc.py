@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from oncenter.files.file_name import printable
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read import j1939
-from oncenter.read.database_file import messages_of, printable
+from oncenter.read.database_file import messages_of
 from oncenter.read.frames import Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.samples import Beyond, Samples
@@ -384,7 +385,7 @@ def _place_of(definition: Definition, layouts: Sequence[Signal]) -> str:
         for layout in layouts
     ]
     named = [f"{definition.message.name}.{layout.name} {of}" for layout, of in zip(layouts, bits, strict=True)]
-    return f"{printable(', '.join(named))} of {Path(definition.file).name}"
+    return f"{', '.join(named)} of {Path(definition.file).name}"
 
 
 def _of_group(

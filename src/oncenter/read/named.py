@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,18 +33,17 @@ def columns_of_log(log: Path) -> Iterator[Named]:
         yield from _named(name, unit, "", log)
 
 
-def signals_of(databases: Sequence[Path]) -> Iterator[Named]:
-    """All signals of CAN databases.
+def signals_of(database: Path) -> Iterator[Named]:
+    """All signals of a CAN database.
 
     Raises:
         OncenterError: as `oncenter.read.database_file.messages_of`.
     """
     from oncenter.read.database_file import messages_of
 
-    for path in databases:
-        for message in messages_of(path):
-            for layout in message.signals:
-                yield from _named(f"{message.name}.{layout.name}", layout.unit or "", layout.comment or "", path)
+    for message in messages_of(database):
+        for layout in message.signals:
+            yield from _named(f"{message.name}.{layout.name}", layout.unit or "", layout.comment or "", database)
 
 
 def _named(name: str, unit: str, comment: str, file: Path) -> Iterator[Named]:

@@ -59,7 +59,8 @@ def proposals_for(
     """
     if log is not None and not os.path.isdir(log):
         refuse_unreadable(log)
-    columns, signals = names_in(log, databases)
+    columns = [] if log is None else names_in(log, "log")
+    signals = [name for database in databases for name in names_in(database, "database")]
     if not columns and not signals:
         return [], []
     proposed = proposals([*columns, *signals])

@@ -17,6 +17,7 @@ from two_trucks import VIN, tables
 
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
+from oncenter.files.file_name import printable_name
 from oncenter.fleet import Summary, page, run
 from oncenter.fleet.drive import Work, copy_of
 from oncenter.fleet.files import LogFile, find_logs
@@ -131,6 +132,24 @@ def test_a_log_that_is_moved_to_where_nothing_names_its_truck_stays_its_drive(tr
     (trucks.vehicles / "a.toml").write_text("wheelbase_m = 3.8\nsteering_ratio = 19.3\n")
     trucks.night()
     assert trucks.rows() == drives and len(trucks.answered) == 3
+
+
+@pytest.mark.parametrize("folder", ["logs", "my%20logs", "%C3%BC%1b", "a%252520b"])
+def test_a_log_that_is_moved_in_a_bucket_leaves_its_truck_whatever_its_folder_is_called(
+    trucks: Fleet, tmp_path: Path, folder: str
+) -> None:
+    pyarrow_fs = pytest.importorskip("pyarrow.fs", reason="pyarrow is not installed: pip install 'oncenter[s3]'")
+    place = f"s3://nightly/{folder}/?scheme=http&endpoint_override=127.0.0.1:9&region=none"
+    _, path = pyarrow_fs.FileSystem.from_uri(place)
+    vehicles = Trucks(trucks.vehicles)
+    for truck in "ab":
+        log = LogFile(f"s3://{path.rstrip('/')}/{truck}/day.parquet", "", 1, 0.0)
+        row = {"key": "k", "truck": truck, "log": printable_name(log.uri), "settings": vehicles.settings(truck)}
+        with contextlib.closing(Ledger(tmp_path / LEDGER)) as ledger:
+            assert ledger.plan([log], vehicles, buckets=[place]) == (1, 1)
+            ledger.add(log, row)
+            ledger.forget_left_behind()
+            assert [name for name, _ in ledger.by_truck()] == [truck]
 
 
 @pytest.mark.parametrize("first", ["a", "nowhere"])

@@ -6,6 +6,7 @@ import contextlib
 import csv
 import io
 import json
+import os
 import re
 import shutil
 from pathlib import Path
@@ -16,10 +17,11 @@ import pytest
 from two_trucks import VIN
 
 from oncenter.cli import run as command
+from oncenter.errors import OncenterError
 from oncenter.fleet import run
 from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.listing import as_lines
-from oncenter.fleet.metrics import as_prometheus
+from oncenter.fleet.metrics import as_prometheus, write_metrics
 from oncenter.fleet.news import KINDS, keep_for_next_night, news_of
 
 Arguments = list[str]
@@ -149,6 +151,31 @@ def test_the_numbers_of_a_night_are_a_file_for_prometheus_that_a_rename_replaces
     verdicts = {name: value for name, value in given.items() if name.startswith("oncenter_fleet_trucks{")}
     assert sum(verdicts.values()) == 1 and len(verdicts) == len(summary["verdicts"])
     assert {f"oncenter_fleet_{kind.replace('-', '_')}" for kind in KINDS} <= set(given)
+
+
+@pytest.mark.posix
+def test_the_numbers_of_a_night_pass_through_a_pipe_that_stays_one(fleet: Path, tmp_path: Path) -> None:
+    summary = run([str(fleet / "logs" / "depot-7" / "day0.parquet")], fleet / "vehicles", tmp_path / "out")
+    pipe = tmp_path / "numbers.prom"
+    os.mkfifo(pipe)
+    with os.fdopen(os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)) as reader:
+        write_metrics(pipe, summary)
+        assert samples(reader.read())["oncenter_fleet_drives"] == 1
+    assert pipe.is_fifo()
+
+
+def test_numbers_of_a_night_that_cannot_be_written_are_one_line(
+    fleet: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    summary = run([str(fleet / "logs" / "depot-7" / "day0.parquet")], fleet / "vehicles", tmp_path / "out")
+
+    def no_space(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(os, "replace", no_space)
+    with pytest.raises(OncenterError, match=r"^cannot write .*numbers\.prom: No space left on device$"):
+        write_metrics(tmp_path / "numbers.prom", summary)
+    assert not list(tmp_path.glob("*.prom*"))
 
 
 def test_a_version_with_quotes_is_no_other_metric(fleet: Path, tmp_path: Path) -> None:

@@ -164,6 +164,21 @@ def test_the_file_beside_is_hidden_and_new_and_ends_in_the_same_suffix(name: str
     assert os.listdir(tmp_path) == [name]
 
 
+def test_a_half_written_text_has_no_suffix_by_which_a_program_would_read_it(
+    page: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    beside: list[str] = []
+    sync = os.fsync
+
+    def synced(file: int) -> None:
+        beside.extend(name for name in os.listdir(page.parent) if name != page.name)
+        sync(file)
+
+    monkeypatch.setattr(os, "fsync", synced)
+    write_whole(page, "new")
+    assert len(beside) == 1 and not beside[0].endswith(page.suffix)
+
+
 def test_impossible_paths_are_refused_before_anything_is_written(page: Path, tmp_path: Path) -> None:
     (tmp_path / "loop").symlink_to("loop")
     (tmp_path / "to_nowhere").symlink_to("nowhere/page.html")

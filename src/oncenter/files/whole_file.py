@@ -48,7 +48,7 @@ def check_place(path: str | os.PathLike[str]) -> None:
 
 
 @contextmanager
-def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
+def whole_file(path: str | os.PathLike[str], *, suffix: bool = True) -> Iterator[Path]:
     """Gives the path of a new empty file, whose content replaces the file at `path` when the block ends.
 
     If the block raises, the file at `path` stays unchanged. An existing file keeps its owner and mode. For a pipe with
@@ -56,7 +56,8 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     replaced by a rename.
 
     Args:
-        path: of the file to write; the given path ends in the same suffix.
+        path: of the file to write.
+        suffix: whether the given path ends in the suffix of `path`, by which a library chooses the format.
 
     Raises:
         OncenterError: "output", exit code 2: the file cannot be written; also for an OSError or PolarsError raised in
@@ -66,7 +67,7 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     try:
         there = _status(path)
         is_renamed_over = there is None or (stat.S_ISREG(there.st_mode) and not _is_stdout(there))
-        with _beside(Path(path)) if is_renamed_over else _copied_through(Path(path)) as unfinished:
+        with _beside(Path(path), suffix) if is_renamed_over else _copied_through(Path(path)) as unfinished:
             yield unfinished
     except Exception as error:
         import polars as pl  # late import: it takes longer than writing most files
@@ -77,12 +78,13 @@ def whole_file(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def write_whole(path: str | os.PathLike[str], content: bytes | str) -> None:
-    """Writes a file as `whole_file` does; text as UTF-8, with invalid characters escaped.
+    """Writes a file as `whole_file` does, the unfinished one without suffix; text as UTF-8, with invalid characters
+    escaped.
 
     Raises:
         OncenterError: "output", exit code 2: the file cannot be written.
     """
-    with whole_file(path) as unfinished:
+    with whole_file(path, suffix=False) as unfinished:
         unfinished.write_bytes(content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content)
 
 
@@ -146,9 +148,10 @@ def _check_folder(path: str | os.PathLike[str]) -> None:
 
 
 @contextmanager
-def _beside(target: Path) -> Iterator[Path]:
+def _beside(target: Path, suffix: bool) -> Iterator[Path]:
     """A hidden file in the same folder, since a rename does not cross file systems."""
-    unfinished = target.with_name(f"{UNFINISHED}{secrets.token_hex(4)}-{target.name[-_TAIL:]}")
+    tail = f"-{target.name[-_TAIL:]}" if suffix else ""
+    unfinished = target.with_name(f"{UNFINISHED}{secrets.token_hex(4)}{tail}")
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | O_BINARY
     os.close(os.open(unfinished, flags, 0o666))  # its mode follows the umask
     try:

@@ -28,11 +28,11 @@ from oncenter.read.plugins import suffixes_of_plugins
 if TYPE_CHECKING:
     from pyarrow.fs import FileInfo
 
+STORE = "s3://"  # before bucket and key
 NOT_A_FILE, UNREADABLE_FOLDER = "not_a_file", "unreadable_folder"  # error codes
 _NOWHERE = (errno.ENOENT, errno.ENOTDIR, errno.ELOOP)  # the target of a link does not exist
 # Before the path. A bucket's name has neither @ nor colon; a secret may contain a slash.
 _CREDENTIALS = re.compile(r"[a-z][a-z0-9+.-]*://[^/?#]*[@:]", re.IGNORECASE)
-_STORE = "s3://"
 _NAME_LENGTH = 60  # last characters of a key in the name of its copy; `file_stem` keeps the suffix of so short a name
 _BLOCK_BYTES = 1 << 18
 _KEY_BYTES = 16
@@ -79,7 +79,7 @@ def find_logs(places: Sequence[str]) -> Iterator[LogFile]:
     """
     folders, suffixes = [], tuple(name.lower() for name in suffixes_of_plugins())
     for place in places:
-        if place.startswith(_STORE):
+        if place.startswith(STORE):
             yield from _in_store(place, suffixes)
         elif os.path.isdir(place):
             folders.append(place)
@@ -134,8 +134,8 @@ def refuse_no_file(log: LogFile) -> None:
             sparse.
     """
     name = printable_name(log.uri)
-    if log.uri.startswith(_STORE):
-        if not {"", ".", ".."}.isdisjoint(log.uri.removeprefix(_STORE).split("/")):
+    if log.uri.startswith(STORE):
+        if not {"", ".", ".."}.isdisjoint(log.uri.removeprefix(STORE).split("/")):
             raise OncenterError(
                 f"{name} has a key with an empty part, . or .. between slashes, which names another object: rename it",
                 code=NOT_A_FILE,
@@ -189,7 +189,7 @@ def _in_store(place: str, suffixes: tuple[str, ...]) -> Iterator[LogFile]:
             folder = waiting.pop()
             for info in files.get_file_info(FileSelector(folder)):
                 if info.type == FileType.Directory and info.path.rstrip("/") == folder:
-                    yield LogFile(f"{_STORE}{folder}//", options, 0, 0.0)
+                    yield LogFile(f"{STORE}{folder}//", options, 0, 0.0)
                 elif info.type == FileType.Directory:
                     waiting.append(info.path)
                 elif info.type == FileType.File and _is_log(info.base_name, suffixes):
@@ -200,7 +200,7 @@ def _in_store(place: str, suffixes: tuple[str, ...]) -> Iterator[LogFile]:
 
 def _stored(info: FileInfo, options: str) -> LogFile:
     modified_s = 0.0 if info.mtime is None else info.mtime.timestamp()
-    return LogFile(f"{_STORE}{info.path}", options, info.size or 0, modified_s)
+    return LogFile(f"{STORE}{info.path}", options, info.size or 0, modified_s)
 
 
 def _store(uri: str) -> tuple[Any, str]:
@@ -220,7 +220,7 @@ def at_hand(log: LogFile) -> Iterator[tuple[Path, str]]:
         OncenterError: "unreadable_log": it cannot be read.
     """
     try:
-        if log.uri.startswith(_STORE):
+        if log.uri.startswith(STORE):
             with _fetched(log) as fetched:
                 yield fetched
         else:
@@ -235,8 +235,8 @@ def at_hand(log: LogFile) -> Iterator[tuple[Path, str]]:
 @contextmanager
 def _fetched(log: LogFile) -> Iterator[tuple[Path, str]]:
     """A copy with the log's name, whose suffix gives the format."""
-    path = log.uri.removeprefix(_STORE)
-    files, _ = _store(f"{_STORE}{quote(path.partition('/')[0], safe='')}?{log.options}")
+    path = log.uri.removeprefix(STORE)
+    files, _ = _store(f"{STORE}{quote(path.partition('/')[0], safe='')}?{log.options}")
     with tempfile.TemporaryDirectory(prefix="oncenter-", ignore_cleanup_errors=True) as folder:
         copy = Path(folder) / file_stem(path.rpartition("/")[2][-_NAME_LENGTH:])
         with files.open_input_stream(path) as source, copy.open("wb") as target:

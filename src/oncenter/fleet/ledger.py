@@ -16,11 +16,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.child import READER_DEATHS
 from oncenter.files.file_name import printable_name
-from oncenter.fleet.files import NOT_A_FILE, UNREADABLE_FOLDER, LogFile
+from oncenter.fleet.files import NOT_A_FILE, STORE, UNREADABLE_FOLDER, LogFile
 from oncenter.fleet.ledger_file import NAME, is_damage, opened, set_apart_damaged_rows, store
 from oncenter.fleet.start import own_outside, starts_outside, with_earliest
 from oncenter.fleet.trucks import Trucks
@@ -29,7 +30,6 @@ LEDGER = "ledger.sqlite"  # in an output folder
 
 _UNREAD = "unread "  # begins the key of a log that was not read
 _AGAIN = ("output", "stopped", "missing_extra")  # errors that may be gone in the next run
-_IN_STORE = "s3://"
 _KNOWN_MAX = 20  # drives with which a log of the same size is compared
 _PLANS = """
 CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
@@ -90,7 +90,8 @@ class Ledger:
         Args:
             buckets: places in an object store that were searched for logs.
         """
-        self._listed = tuple(f"{place.partition('?')[0].rstrip('/')}/" for place in buckets)
+        paths = [unquote(place.partition("?")[0]).rstrip("/") for place in buckets]  # as pyarrow decodes a URI
+        self._listed = tuple(f"{printable_name(path)}/" for path in paths)
         if retry:
             deaths = ", ".join(f"'{code}'" for code in READER_DEATHS)
             self._file.execute(f"UPDATE drive SET again = 1 WHERE error_code IN ({deaths})")
@@ -221,7 +222,7 @@ class Ledger:
         """Whether a file that held a drive is not there any more. Early versions stored relative paths."""
         if self._file.execute("SELECT 1 FROM planned WHERE uri = ?", (uri,)).fetchone() is not None:
             return False
-        if uri.startswith(_IN_STORE):
+        if uri.startswith(STORE):
             return uri.startswith(self._listed)
         with suppress(OSError, ValueError, TypeError, AttributeError):  # the last two: of a damaged row
             path = name.decode(*NAME)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -15,19 +14,16 @@ from oncenter.verdict.states import OF_OFFSET
 if TYPE_CHECKING:
     from oncenter.fleet.night import Summary
 
-_UNFINISHED = ".unfinished"  # a collector reads every file that ends in .prom
 _ESCAPED = str.maketrans({"\\": r"\\", '"': r"\"", "\n": r"\n"})
 
 
 def write_metrics(path: Path, summary: Summary) -> None:
-    """Replaces the file by a rename, so that no reader gets a part of it.
+    """A collector reads every file that ends in .prom: a half-written one does not, see `write_whole`.
 
     Raises:
         OncenterError: "output", exit code 2: it cannot be written.
     """
-    unfinished = path.with_name(f"{path.name}{_UNFINISHED}")
-    write_whole(unfinished, as_prometheus(summary, time.time()))
-    os.replace(unfinished, path)
+    write_whole(path, as_prometheus(summary, time.time()))
 
 
 def as_prometheus(summary: Summary, end_s: float) -> str:

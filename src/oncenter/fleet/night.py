@@ -21,7 +21,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.child import READER_DEATHS, end_idle
 from oncenter.files.whole_file import remove_unfinished, write_whole
 from oncenter.fleet.engines import Engine, processes
-from oncenter.fleet.files import find_logs, refuse_credentials
+from oncenter.fleet.files import STORE, find_logs, refuse_credentials
 from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.ledger_file import is_damage, is_ledger
 from oncenter.fleet.ledger_file import set_apart as set_apart_file
@@ -117,7 +117,7 @@ def run(
         with closing(Ledger(folder / LEDGER)) as ledger:
             for part in (folder, *filter(Path.is_dir, folder.iterdir())):  # the lock is ours: no other run writes here
                 remove_unfinished(part)
-            buckets = [place for place in places if place.startswith("s3://")]
+            buckets = [place for place in places if place.startswith(STORE)]
             found, to_do = ledger.plan(find_logs(places), trucks, retry, buckets)
             progress = Progress(to_do)
             rate = _answer_all(ledger, work, engine, progress)
@@ -160,7 +160,7 @@ def run(
 
 def absolute(place: str) -> str:
     """The same place from any folder, so that a log has one name; links stay, except before a `..`."""
-    if place.startswith("s3://"):
+    if place.startswith(STORE):
         return place
     try:
         path = Path.cwd() / place

@@ -17,12 +17,14 @@ from two_trucks import VIN, tables
 
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
+from oncenter.files.child import ChildDied
 from oncenter.files.file_name import printable_name
 from oncenter.fleet import Summary, page, run
 from oncenter.fleet.drive import Work, copy_of
 from oncenter.fleet.files import LogFile, find_logs
 from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.trucks import Trucks
+from oncenter.fleet.watched import Watched
 
 DAY_S = 86400.0
 
@@ -357,6 +359,43 @@ def test_a_file_of_somebody_s_own_in_place_of_the_ledger_is_left_as_it_is(trucks
     with pytest.raises(OncenterError, match="is not from a fleet run and would be overwritten"):
         trucks.night()
     assert (trucks.output / LEDGER).read_bytes() == b"mine, and no database" * 100
+
+
+# -- readers that are killed
+
+
+@pytest.mark.parametrize(("by_kill", "attempts"), [(True, [2, 2, 0]), (False, [1, 0, 0])])
+def test_a_log_whose_readers_are_killed_from_outside_is_read_again_in_the_next_night_and_one_that_crashes_is_not(
+    trucks: Fleet, monkeypatch: pytest.MonkeyPatch, by_kill: bool, attempts: list[int]
+) -> None:
+    """What takes all memory by itself must not take it in every night."""
+    attempted: list[str] = []
+
+    def dies(_: Watched, log: LogFile) -> dict[str, Any]:
+        attempted.append(log.uri)
+        raise ChildDied("reader_crashed", "its reader crashed", by_kill=by_kill)
+
+    monkeypatch.setattr(Watched, "_answered", dies)
+    counts: list[int] = []
+    for _ in attempts:
+        attempted.clear()
+        summary = run([str(trucks.logs / "a" / "day0.parquet")], trucks.vehicles, trucks.output)
+        counts.append(len(attempted))
+        assert summary.refused == {"reader_crashed": 1}
+    assert counts == attempts
+
+
+def test_a_log_whose_readers_were_killed_from_outside_once_is_answered_in_the_next_night(
+    trucks: Fleet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def dies(_: Watched, __: LogFile) -> dict[str, Any]:
+        raise ChildDied("reader_crashed", "its reader crashed", by_kill=True)
+
+    with monkeypatch.context() as killed:
+        killed.setattr(Watched, "_answered", dies)
+        assert run([str(trucks.logs)], trucks.vehicles, trucks.output).refused == {"reader_crashed": 3}
+    summary = trucks.night()
+    assert (summary.logs_answered, summary.refused, summary.drives) == (3, {}, 3)
 
 
 # -- versions

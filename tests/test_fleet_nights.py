@@ -195,7 +195,7 @@ class Nights:
         night = self.begun()
         assert night.stdout is not None
         night.stdout.readline()
-        # one: a log whose second reader is killed as well is marked `reader_crashed` until --retry
+        # one: a log whose second reader is killed as well waits for the next night
         os.kill(self.random.choice(children_of(night.pid)), signal.SIGKILL)
         return ended(night)
 

@@ -46,10 +46,17 @@ def _refusal(path: Path, error: sqlite3.Error) -> OncenterError:
     )
 
 
-def _may_go_well(row: dict[str, Any]) -> bool:
-    """Whether the next run may answer the same file, version and vehicle file: the log could not be opened."""
+def _may_go_well(row: dict[str, Any], kept: dict[str, Any] | None) -> bool:
+    """Whether the next run may answer the same file, version and vehicle file: the log could not be opened, or its
+    readers were killed from outside, and not so the last time: a log that itself takes all memory would do so each
+    night.
+
+    Args:
+        kept: the former row of the log.
+    """
     code = row.get("error_code")
-    return code in _AGAIN or (code == "unreadable_log" and not row["key"])
+    is_killed_anew = row.get("was_killed", False) and not (kept or {}).get("was_killed", False)
+    return code in _AGAIN or (code == "unreadable_log" and not row["key"]) or is_killed_anew
 
 
 class Ledger:
@@ -176,12 +183,12 @@ class Ledger:
         kept, again = self._kept(key, truck)
         if kept is None:
             if not row.get("is_copy"):  # else its original was damaged meanwhile: the next night answers it
-                self._store(key, row, again=_may_go_well(row))
+                self._store(key, row, again=_may_go_well(row, kept))
         elif row.get("is_copy") or truck != row["truck"]:
             outside = starts_outside(log.uri, log.modified_s, kept.get("span_s"))
             self._store(key, with_earliest(kept, outside), again=again)
         else:
-            self._store(key, self._joined(kept, again, row), again=_may_go_well(row))
+            self._store(key, self._joined(kept, again, row), again=_may_go_well(row, kept))
         self._file.execute("DELETE FROM begun WHERE uri = ?", (uri,))
         self.commit()
 

@@ -46,7 +46,7 @@ class Watched:
         try:  # when memory runs out the system kills the largest process: that need not be the fault of this log
             return self._answered(log)
         except ChildDied as died:
-            return self._refused(log, died.of(printable_name(log.uri)))
+            return self._refused(log, died.of(printable_name(log.uri))) | {"was_killed": died.by_kill}
 
     def _answered(self, log: LogFile) -> dict[str, Any]:
         request = {

@@ -282,6 +282,7 @@ def test_smoothing_is_more_accurate_than_the_running_estimate(drive: tuple[Signa
     angles, lost = smooth["steering_wheel_angle_rad"].to_numpy(), round(100 * LOST_S)
     np.testing.assert_array_equal(angles[:lost], plain["steering_wheel_angle_rad"].to_numpy()[:lost])
     assert np.abs(np.diff(angles[lost - 10 : lost + 500])).max() < 1.0 * DEGREE
+    assert not smooth["delay_s"].to_numpy()[lost:].any() and plain["delay_s"].to_numpy()[lost:].any()
 
 
 @pytest.mark.parametrize(

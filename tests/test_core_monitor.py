@@ -275,6 +275,14 @@ def test_one_wrong_time_stamp_costs_a_second() -> None:
     assert answer["offset"]["value"] == pytest.approx(0.0356, abs=1e-12)
 
 
+def test_a_clock_that_is_set_back_after_a_wrong_rate_begins_anew() -> None:
+    """The first second shows the wrong rate, 14 s are rejected for it, and a second in order confirms the new clock."""
+    columns = straight(40.0)
+    columns["time_s"][:1500] *= 3.0
+    answer = after(columns).answer()
+    assert answer["rejected"][1] == pytest.approx(15.0, abs=0.02)
+
+
 def test_time_stamps_in_disorder_never_become_a_new_clock() -> None:
     columns = straight(20.0)
     columns["time_s"][1::2] = columns["time_s"][0:-1:2] - 5.0  # every other one is five seconds late

@@ -121,6 +121,15 @@ def test_a_state_of_nearly_constant_signals_is_restored(method: str) -> None:
     assert other.restore(ecu.save()) == "ok"
 
 
+def test_the_state_of_signals_decoded_from_wrong_bits_is_restored() -> None:
+    rng = np.random.default_rng(1)
+    columns = legs(2, 100.0, seed=5)
+    for name, largest in (("steering_wheel_angle_rad", 90.0), ("yaw_rate_rad_s", 3.0), ("vehicle_speed_m_s", 70.0)):
+        columns[name] = rng.uniform(0.0 if name == "vehicle_speed_m_s" else -largest, largest, len(columns[name]))
+    ecu, other = Ecu().run(columns), Ecu()
+    assert other.restore(ecu.save()) == "ok"
+
+
 def test_an_image_has_the_same_bytes_on_every_machine(image: bytes) -> None:
     magic, _, _, sequence, length = HEADER.unpack(image[: HEADER.size])
     assert (magic, sequence, length) == (b"OCSV", 7, len(image))

@@ -194,7 +194,8 @@ static void follow_play(oc_angle_tracking *t, const oc_angle_design *d, const oc
 /* s, steering wheel angle over yaw rate in steady state. */
 static float per_yaw_rate(const oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck) {
     const float v = fabsf(t->speed);
-    return (float)d->ratio.ratio * (d->wheelbase / v + truck->gradient * v);
+    const float by_geometry = d->wheelbase / v; /* a part of it remains beyond the critical speed of oversteer */
+    return (float)d->ratio.ratio * oc_max(by_geometry + truck->gradient * v, 0.1f * by_geometry);
 }
 
 /* T at this speed: it includes the filter's delay times the angle per yaw rate of (10). */
@@ -305,7 +306,7 @@ static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, 
     if (t->place_variance < 0.1f) {
         const float squared = (t->yaw_acceleration * t->yaw_acceleration - t->noise) * d->check_s;
         e->slopes = oc_max(keep * e->slopes + squared, 0.0f);
-        e->steady = keep * e->steady + squared * per_rate;
+        e->steady = oc_max(keep * e->steady + squared * per_rate, 0.0f);
         e->products = keep * e->products + t->yaw_acceleration * without_T * d->check_s;
     }
     e->seconds += d->check_s;

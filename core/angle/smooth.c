@@ -38,11 +38,10 @@ void oc_smooth_angle(double *angle, double *rate, const double *sd, const uint8_
                      double tick_s, const double *delay_s) {
     pass(angle, rate, sd, measured, count, tick_s, 0);
     pass(angle, rate, sd, measured, count, tick_s, 1);
-    double ahead_s = 0.0, gap = 0.0;
+    double ahead_s = count > 0 ? delay_s[0] : 0.0, gap = 0.0;
     for (size_t k = 0; k < count; ++k) {
         const double fading = measured[k] ? 1.0 : tick_s / (sensor_fade_s + tick_s);
         if (k > 0 && measured[k - 1] && !measured[k]) {
-            ahead_s = 0.0;
             gap = angle[k - 1] - angle[k];
         }
         ahead_s += (delay_s[k] - ahead_s) * fading;

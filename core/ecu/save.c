@@ -14,7 +14,7 @@ enum { TIME_BIT = 1 }; /* of OC_REASON_TIME, 1 << 1 */
 
 /* Numerical. */
 /* Exponents of IEEE 754, against overflow in products of a few numbers; infinity and NaN are beyond them, too. */
-enum { DOUBLE_EXPONENT_MAX = 1023 + 60, FLOAT_EXPONENT_MAX = 127 + 30 };
+enum { DOUBLE_EXPONENT_MAX = 1023 + 60, FLOAT_EXPONENT_MAX = 127 + 80 };
 static const uint64_t count_max = 9007199254740992u; /* 2^53, against rounding as double */
 
 const char *oc_image_fault_name(oc_image_fault fault) {

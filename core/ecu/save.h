@@ -8,7 +8,7 @@
  *
  * The image has the whole state, tracking included. If the tick after restoring is the next one, all outputs are bit
  * for bit the same as without interruption. If it is later, its time reveals the hole, and the filters begin anew.
- * Where the ignition was off, call oc_restart.
+ * Where the ignition was off, call oc_restart, but not between two pieces: after it, begin again.
  *
  * No tick may come while an image is made, since it is of one moment: save in the task of oc_step, between two ticks,
  * or in another task while that one waits. Saving or restoring takes about a million instructions on a Cortex-M, more

@@ -23,7 +23,7 @@ static const struct {
     [ESTIMATE] = {-1e5f, 1e5f},
     [TORQUE] = {-1e4f, 1e4f}, /* N m, N m per m/s^2 */
     [SUM] = {-1e6f, 1e6f}, /* over a second's ticks */
-    [SQUARES] = {-1e15f, 1e15f}, /* of signals decoded from wrong bits */
+    [SQUARES] = {-1e24f, 1e24f}, /* and their squares, of signals decoded from wrong bits */
 };
 
 /* Consecutive numbers in the state: offset of the first in bytes, count, range; for an array also the number of structs

@@ -26,7 +26,7 @@
  * Time. `time` of a tick is in seconds, from any zero, and increases by 1 / rate_hz; jitter is harmless. Pass the time
  * at which the signals were received, so that lost ticks are visible. A tick whose time does not increase is rejected,
  * OC_REASON_TIME. So are all ticks while a second of them, without its longest hole, takes more than 1.5 or less than 1
- * / 1.5 s: another rate than in oc_setup, or a time in ms. After a correct second this needs ten wrong ones in
+ * / 1.5 s: another rate than in oc_setup, or a time in ms. After a correct second this needs eleven wrong ones in
  * succession.
  *
  * ABI. Compile core and callers with the same options: the size of an enum (-fshort-enums, usual on ARM) and the

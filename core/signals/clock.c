@@ -50,6 +50,7 @@ oc_clock_verdict oc_clock_update(oc_clock *clock, int32_t ticks_per_window, doub
     }
     if (!forward || !clock->started) {
         begin_window(clock, time);
+        clock->rate_trust = 0;
     } else {
         measure_rate(clock, ticks_per_window, tick_s, time);
     }

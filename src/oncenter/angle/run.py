@@ -94,6 +94,7 @@ def angle(
     values, rates = outputs["angle"]["angle"], outputs["angle"]["rate"]
     if smooth:
         values, rates = core.smoothed(outputs)
+        outputs["angle"]["delay"] = 0.0  # the smoother removed it
     original = signals.columns.get(_MEASURED)
     return _table(columns["time_s"], outputs, values, rates, original)
 

@@ -28,13 +28,13 @@ _RESOLUTIONS = {  # in the order of oc_signals.valid's bits, as test_vectors.c h
     "wheel_speed_rear_right_m_s": 1 / 512,
 }
 _CASES = (("joint", "observer"), ("thesis", "yaw-rate"), ("wheel-speed", "wheel-speed"))
-_OUTPUTS = (  # as tell_output of test_vectors.c
+_OUTPUTS = (  # as list_output of test_vectors.c
     "time vehicle_speed motion.curvature motion.longitudinal_acceleration motion.bank motion.residual reasons "
     "offset_status offset offset_sd offset_parts.drive_sd offset_parts.pull_sd offset_parts.wind_sd "
     "offset_parts.set_up_sd understeer_gradient backlash place unloading_acceleration evidence yaw_rate_bias "
     "yaw_rate_bias_sd angle.angle angle.standard_deviation angle.estimate fault"
 ).split()
-_ANSWERS = (  # as tell_answer of test_vectors.c
+_ANSWERS = (  # as list_answer of test_vectors.c
     "offset.value offset.standard_deviation offset.status understeer_gradient.value "
     "understeer_gradient.standard_deviation backlash.value backlash.standard_deviation unloading_acceleration.value "
     "equivalent_wheelbase.value yaw_rate_bias.value wheel_radius_mismatch_front.value "

@@ -88,7 +88,7 @@ size_t oncenter_ecu_save_piece(uint8_t *piece, size_t size) {
     const size_t written = oc_save_piece(&place, &oncenter_state, &oncenter_coefficients, piece, size);
     if (written == 0) {
         saving = false;
-        oncenter_sequence = place.sequence;
+        oncenter_sequence = place.next == place.words ? place.sequence : oncenter_sequence; /* else a tick came */
     }
     return written;
 }

@@ -305,7 +305,7 @@ def j1939(drive: HealthyDrive) -> BusFrames:
 
 
 def _some(sent: BusFrames, kept: np.ndarray) -> BusFrames:
-    return BusFrames(sent.microseconds[kept], sent.identifier[kept], sent.payload[kept])
+    return BusFrames(sent.start_s, sent.microseconds[kept], sent.identifier[kept], sent.payload[kept])
 
 
 def _candump(sent: BusFrames, drive: HealthyDrive, folder: Path) -> Given:
@@ -346,6 +346,7 @@ def two_senders(drive: HealthyDrive, random: Random, folder: Path) -> Given:
     microseconds = np.concatenate([sent.microseconds, other.microseconds + 200])
     order = np.argsort(microseconds, kind="stable")
     both = BusFrames(
+        sent.start_s,
         microseconds[order],
         np.concatenate([sent.identifier, identifier])[order],
         np.concatenate([sent.payload, payload])[order],

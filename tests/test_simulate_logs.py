@@ -144,6 +144,16 @@ def test_another_seed_changes_every_format(tmp_path: Path) -> None:
         assert (tmp_path / f"1{suffix}").read_bytes() != (tmp_path / f"2{suffix}").read_bytes()
 
 
+def test_drives_of_different_seeds_are_of_different_days(tmp_path: Path) -> None:
+    (tmp_path / "faulty.toml").write_text(FAULTY, encoding="utf-8")
+    for suffix in (".log", ".asc", ".blf", ".mf4"):
+        begin_s = []
+        for seed in (1, 3):
+            simulate_to_log(tmp_path / "faulty.toml", seed, tmp_path / f"{seed}{suffix}")
+            begin_s.append(read(tmp_path / f"{seed}{suffix}").table["time_s"][0])
+        assert begin_s[1] - begin_s[0] == pytest.approx(2 * 86_400, abs=0.1), suffix
+
+
 def on_the_bus(tmp_path: Path) -> tuple[BusFrames, Sensed]:
     from oncenter.simulate import _simulate
 

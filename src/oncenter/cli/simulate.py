@@ -21,7 +21,9 @@ def simulate(
         ),
     ],
     output: Annotated[Path, typer.Option(metavar="LOG", help=f"The log to write: {' '.join(WRITTEN)}")],
-    seed: Annotated[int, typer.Option(help="Seed of the random numbers; the same seed gives the same bytes.")] = 1,
+    seed: Annotated[
+        int, typer.Option(help="Seed of the random numbers, and of the day; the same seed gives the same bytes.")
+    ] = 1,
 ) -> None:
     """Simulate a drive and write its log and its truth.
 

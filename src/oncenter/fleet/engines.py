@@ -106,12 +106,14 @@ def on_ray(address: str | None, workers: int | None = None) -> Engine:
 
 
 def _begin_ray(ray: Any, address: str | None, workers: int | None) -> None:
-    place = "Ray did not start on this machine" if address is None else f"no Ray cluster at {address}"
+    place = "Ray did not start on this machine"
     try:
         if address is None:
             ray.init(num_cpus=workers, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR)
         else:
+            place = f"no Ray cluster at {address}"
             _call(address)
+            place = f"something answers at {address}, but not as a Ray cluster that lets this computer in"
             ray.init(address, log_to_driver=False, logging_level=logging.ERROR)
         there = [ray.remote(num_cpus=1)(_is_there).remote() for _ in range(_ray_cores(ray))]
         ray.wait(there, num_returns=1)  # a worker takes a second to load

@@ -21,7 +21,8 @@ from oncenter.simulate.sensors.wheels import CORNERS
 Array = npt.NDArray[np.float64]
 Bytes = npt.NDArray[np.uint8]
 
-START_S = 1_466_000_000  # of every simulated log, since 1970: one day in June 2016
+START_S = 1_466_000_000  # of a simulated log with seed 1, since 1970: one day in June 2016
+_DAY_S, _DAYS = 86_400, 3_650
 _LATENCY_S = 0.001  # mean delay from the sensor to the bus
 _KM_H = 3.6  # per m/s
 
@@ -37,11 +38,13 @@ class BusFrames:
     """The frames on the bus in order of time: 29-bit identifiers, eight bytes each.
 
     Attributes:
-        microseconds: since `START_S`, not negative, ascending.
+        start_s: since 1970, of the drive.
+        microseconds: since `start_s`, not negative, ascending.
         identifier: with priority, parameter group and source address.
         payload: shape (n, 8).
     """
 
+    start_s: int
     microseconds: npt.NDArray[np.int64]
     identifier: npt.NDArray[np.uint32]
     payload: Bytes
@@ -54,13 +57,19 @@ class _Message:
     payload: Bytes  # one row of 8 bytes a frame
 
 
+def _start_s(seed: int) -> int:
+    """When a simulated drive begins, in s since 1970: each seed on a day of its own, so that drives of one truck do not
+    overlap. The days are repeated after ten years."""
+    return START_S + _DAY_S * ((seed - 1) % _DAYS)
+
+
 def frames(sensed: Sensed, *, jitter_sd_s: float, seed: int) -> BusFrames:
     """The drive on the bus.
 
     Args:
         sensed: the sensors' output; its faults decide between the codes for error and not available.
         jitter_sd_s: standard deviation of each frame's delay, 0 to 0.002.
-        seed: of the jitter.
+        seed: of the jitter, and of the day.
     """
     random = np.random.default_rng(seed)
     seconds, identifiers, payloads = [], [], []
@@ -72,7 +81,8 @@ def frames(sensed: Sensed, *, jitter_sd_s: float, seed: int) -> BusFrames:
         payloads.append(message.payload)
     microseconds = np.round(np.concatenate(seconds) * 1e6).astype(np.int64)
     order = np.argsort(microseconds, kind="stable")
-    return BusFrames(microseconds[order], np.concatenate(identifiers)[order], np.concatenate(payloads)[order])
+    identifier, payload = np.concatenate(identifiers), np.concatenate(payloads)
+    return BusFrames(_start_s(seed), microseconds[order], identifier[order], payload[order])
 
 
 def _messages(sensed: Sensed) -> Iterator[_Message]:

@@ -44,7 +44,7 @@ def write_log(sensed: Sensed, log: Path, *, jitter_sd_s: float, seed: int) -> No
         sensed: the sensors' output.
         log: ends in one of `WRITTEN`.
         jitter_sd_s: of the frames' delays, 0 to 0.002; tables have none.
-        seed: of the jitter.
+        seed: of the jitter, and of the day on which a log of frames begins.
 
     Raises:
         OncenterError: "output", exit code 2: as `format_to_write`, or the log cannot be written; as `require_writer`.

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from oncenter.simulate.can import START_S, BusFrames, Bytes
+from oncenter.simulate.can import BusFrames, Bytes
 
 _LINES_AT_ONCE = 200_000  # some 50 MB of working memory
 
@@ -27,7 +27,7 @@ def _lines(frames: BusFrames, some: slice) -> Bytes:
     """The log's text, shape (n, 51): all lines have the same length."""
     microseconds = frames.microseconds[some]
     text = np.tile(np.frombuffer(_TEMPLATE, np.uint8), (len(microseconds), 1))
-    text[:, _SECONDS] = _decimal(START_S + microseconds // 1_000_000, 10)
+    text[:, _SECONDS] = _decimal(frames.start_s + microseconds // 1_000_000, 10)
     text[:, _FRACTION] = _decimal(microseconds % 1_000_000, 6)
     text[:, _IDENTIFIER] = _hex(frames.identifier[some].astype(">u4").view(np.uint8).reshape(-1, 4))
     text[:, _PAYLOAD] = _hex(frames.payload[some])

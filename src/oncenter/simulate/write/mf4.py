@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from oncenter.simulate.can import START_S, BusFrames
+from oncenter.simulate.can import BusFrames
 
 _NAME = "CAN_DataFrame"
 _DTYPE = np.dtype(
@@ -41,7 +41,7 @@ def write_mf4(frames: BusFrames, path: Path) -> None:
     records[f"{_NAME}.DLC"] = records[f"{_NAME}.DataLength"] = 8
     records[f"{_NAME}.DataBytes"] = frames.payload
     bus = SourceInformation(source_type=SOURCE_BUS, bus_type=BUS_TYPE_CAN)
-    start = datetime.fromtimestamp(START_S, UTC)
+    start = datetime.fromtimestamp(frames.start_s, UTC)
     written = FileHistory()
     written.time_stamp = start
     written.comment = "<FHcomment><TX>simulated</TX><tool_id>oncenter</tool_id></FHcomment>"

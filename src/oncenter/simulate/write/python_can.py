@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from oncenter.simulate.can import START_S, BusFrames
+from oncenter.simulate.can import BusFrames
 
 if TYPE_CHECKING:
     import can
@@ -21,7 +21,7 @@ def write_asc(frames: BusFrames, path: Path) -> None:
 
     class OfTheDrive(ASCWriter):
         def _format_header_datetime(self, dt: datetime) -> str:
-            return super()._format_header_datetime(datetime.fromtimestamp(START_S, UTC))
+            return super()._format_header_datetime(datetime.fromtimestamp(frames.start_s, UTC))
 
     with path.open("w", encoding="ascii", newline="\n") as file, OfTheDrive(file, channel=_CHANNEL) as writer:
         for message in _messages(frames):
@@ -53,7 +53,7 @@ def _messages(frames: BusFrames) -> Iterator[can.Message]:
         frames.microseconds.tolist(), frames.identifier.tolist(), frames.payload, strict=True
     ):
         yield Message(
-            timestamp=START_S + microseconds / 1e6,
+            timestamp=frames.start_s + microseconds / 1e6,
             arbitration_id=identifier,
             is_extended_id=True,
             data=payload.tobytes(),

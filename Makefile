@@ -44,6 +44,7 @@ DEBIAN_load = chromium
 DEBIAN_generated = chromium
 DEBIAN_sanitize = g++
 DEBIAN_fuzz = clang libclang-rt-dev
+DEBIAN_beside = $(DEBIAN_embedded)
 DEBIAN_embedded = gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
 # They run or load the binaries that zig compiles; ecos needs libtbb12.
 DEBIAN_fmu = wine64 qemu-user libc6-arm64-cross libtbb12
@@ -76,8 +77,8 @@ has_musl = ls /lib/ld-musl-*.so.1
 has_mmdebstrap = command -v mmdebstrap
 missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || printf ' $(package)';)
 
-.PHONY: help packages demo quick test night lint types elsewhere warnings cppcheck sanitize sanitize-core slow \
-	damaged benches pages portable browser coverage faults fuzz embedded fmu wheels bench accuracy load generated written \
+.PHONY: help packages demo quick test night lint types elsewhere types-win32 types-darwin beside warnings cppcheck \
+	sanitize sanitize-core slow damaged benches pages portable browser coverage faults fuzz embedded fmu wheels bench accuracy load generated written \
 	docs fresh lock audit lowest matrix clean
 .DEFAULT_GOAL := help
 
@@ -119,9 +120,13 @@ types: .venv/dev
 	$(BIN)/mypy --strict src
 
 # mypy reports modules and functions that a platform does not have.
-elsewhere: .venv/dev ## the types as for Windows and macOS
-	$(BIN)/mypy --strict --platform win32 --cache-dir .mypy_cache/win32 src
-	$(BIN)/mypy --strict --platform darwin --cache-dir .mypy_cache/darwin src
+elsewhere: types-win32 types-darwin ## the types as for Windows and macOS
+
+types-win32 types-darwin: types-%: .venv/dev
+	$(BIN)/mypy --strict --platform $* --cache-dir .mypy_cache/$* src
+
+beside: .venv/dev ## what each needs one core of, two at a time
+	@$(MAKE) --no-print-directory -j2 -Otarget build/sanitize/lib elsewhere embedded
 
 warnings: .venv/dev
 	@set -e; for file in $(C_FILES) $(EXPORTED); do echo "$(CC) $(WARNINGS) $$file"; \
@@ -136,7 +141,7 @@ cppcheck: packages
 # -fwrapv would hide overflows.
 build/sanitize/lib: .venv/dev $(wildcard src/oncenter/*.py src/oncenter/*/*.py src/oncenter/*/*/*.py)
 	rm -rf build/sanitize
-	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
+	CFLAGS="-g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
 	@touch $@
 

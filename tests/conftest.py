@@ -19,6 +19,11 @@ settings.register_profile(
 settings.load_profile("oncenter")
 
 
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than cores: a third of the time the tests wait for processes that they started."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Skips tests of features that the platform, or an emulated one (`tests/elsewhere`), does not have."""
     platform = os.environ.get("ONCENTER_AS", sys.platform)

@@ -189,6 +189,10 @@ def test_a_bad_log_is_one_line_and_with_json_the_error_object(
         (["simulate", "no_such_scenario", "--output", "{folder}/x.log"], "no_such_scenario"),
         (["simulate", "thesis_drive", "--output", "{folder}/x.xyz"], "x.xyz"),
         (["fly"], "fly"),
+        (["drive.asc"], "oncenter offset drive.asc"),
+        (["report"], "--report drive.html"),
+        (["offset", "{log}", "--vehicle", TRUCK, "--limit", "2,5"], "2.5, with a point"),
+        (["offset", "{log}", "--vehicle", "{truth}"], "holds oncenter/truth-1, and no vehicle"),
         (["offset", "{log}", "--vehicle", TRUCK, "--nonsense"], "--nonsense"),
     ],
 )
@@ -196,6 +200,7 @@ def test_wrong_usage_is_one_line_and_exit_code_2(
     arguments: list[str], named: str, drive_csv: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "zero.toml").write_text("wheelbase_m = 0\nsteering_ratio = 19.3\n")
+    (tmp_path / "truth.toml").write_text('schema = "oncenter/truth-1"\nyaw_rate_bias_deg_s = 0.05\n')
     (tmp_path / "empty.dbc").write_text("")
     (tmp_path / "frames.log").write_text(
         "(0.00) can0 18F0093E#697D7F637D577F7D\n(0.01) can0 18F0093E#697D7F637D577F7D\n"
@@ -203,6 +208,7 @@ def test_wrong_usage_is_one_line_and_exit_code_2(
     places = {
         "log": drive_csv,
         "zero": tmp_path / "zero.toml",
+        "truth": tmp_path / "truth.toml",
         "frames": tmp_path / "frames.log",
         "empty_dbc": tmp_path / "empty.dbc",
         "folder": tmp_path,

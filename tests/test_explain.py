@@ -8,18 +8,21 @@ from pathlib import Path
 
 import pytest
 
+from oncenter import _core
 from oncenter.bus import monitor
 from oncenter.cli import run
 from oncenter.cli.explain import PAGE, Section, read_sections
 from oncenter.errors import WRONG_USAGE
 from oncenter.files.child import READER_DEATHS
+from oncenter.verdict.states import STATES
 
 ROOT = Path(__file__).parents[1]
 SOURCES = [path for path in ROOT.glob("src/oncenter/**/*.py") if path.name != "_declarations.py"]
 SEVERITIES = {"error", "warning", "info"}
 WORDS_MAX = 25  # of a sentence
 NEVER_STARTED = "stopped"  # files/child.py: a reader that was ended from outside
-SECTIONS = {kind: {s.code: s for s in read_sections() if s.kind == kind} for kind in ("finding", "error")}
+WORD = "word of an answer"
+SECTIONS = {kind: {s.code: s for s in read_sections() if s.kind == kind} for kind in ("finding", "error", WORD)}
 FINDING_HEAD = re.compile(r"Severity: (\w+)(?: or (\w+))?\. Value: (none|.+)\.")
 ERROR_HEAD = re.compile(r"Error\. Exit code: \d+(?: or \d+)?\.")
 
@@ -89,6 +92,10 @@ def test_each_error_has_a_section_and_each_section_an_error() -> None:
     assert set(SECTIONS["error"]) == errors_in_source(), about
 
 
+def test_each_status_verdict_and_reason_has_a_section() -> None:
+    assert set(SECTIONS[WORD]) == {*_core.STATUSES, *STATES, *_core.REASONS}
+
+
 def test_no_code_has_two_sections_of_one_kind() -> None:
     assert len(read_sections()) == sum(map(len, SECTIONS.values()))
 
@@ -110,9 +117,12 @@ def test_the_page_gives_the_severity_and_the_unit_of_a_finding(code: str) -> Non
 @pytest.mark.parametrize("section", read_sections(), ids=lambda section: f"{section.kind}-{section.code}")
 def test_a_section_has_its_parts_in_order_and_short_sentences(section: Section) -> None:
     place = f"{PAGE}, section {section.code}"
-    head, example, *rest = section.paragraphs
-    assert (FINDING_HEAD if section.kind == "finding" else ERROR_HEAD).fullmatch(head), f"{place}: its first line"
-    assert example.startswith("  "), f"{place}: its second paragraph quotes the printed text, each line after `> `"
+    head, *rest = section.paragraphs
+    heads = {"finding": FINDING_HEAD, "error": ERROR_HEAD, WORD: re.compile(r"Status\.|Verdict\.|Reason\.")}
+    assert heads[section.kind].fullmatch(head), f"{place}: its first line"
+    if section.kind != WORD:
+        example, *rest = rest
+        assert example.startswith("  "), f"{place}: its second paragraph quotes the printed text, each line after `> `"
     labels = [paragraph.split(": ")[0] for paragraph in rest]
     assert labels in (
         ["What it means", "What to do"],

@@ -359,6 +359,8 @@ def vehicle(path: str | os.PathLike[str]) -> Vehicle:
 
 def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
     """A vehicle from the values of a vehicle file; raises as `vehicle` does, with `origin` in the message."""
+    if "schema" in values:  # of what oncenter writes, such as the truth of a simulated drive
+        raise refusal(f"vehicle file {origin}: holds {values['schema']}, and no vehicle", _CODE)
     try:
         truck = Vehicle.model_validate({"name": Path(origin).stem, **values})
     except ValidationError as error:

@@ -89,6 +89,8 @@ def _run(arguments: Sequence[str], output: _Output) -> int:
     from oncenter.cli.app import app
     from oncenter.cli.usage import usage_message
 
+    if arguments[:1] == ["help"]:
+        arguments = [*arguments[1:], "--help"]
     try:
         program = app(arguments[0] if arguments else "")
         result = program(args=list(arguments) or ["--help"], prog_name="oncenter", standalone_mode=False)

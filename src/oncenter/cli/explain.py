@@ -1,4 +1,4 @@
-"""oncenter explain: the section of a finding's or an error's code in docs/reference/findings.md, as plain text."""
+"""oncenter explain: the section of a code in docs/reference/findings.md, as plain text."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ PAGE = "docs/reference/findings.md"
 _WIDTH = 100  # columns of text
 _LIST_WIDTH = 120
 _MEANING = "What it means: "
+_CHAPTERS = {"finding": "Findings", "error": "Errors", "word of an answer": "Words of an answer"}  # by the page's order
 
 
 @dataclass(frozen=True)
 class Section:
-    """The section of a code: `kind` is "finding" or "error"; `paragraphs` without markdown, the example indented."""
+    """The section of a code: `kind` is one of `_CHAPTERS`; `paragraphs` without markdown, the example indented."""
 
     code: str
     kind: str
@@ -45,12 +46,13 @@ def explain(
         str | None,
         typer.Argument(
             metavar="CODE",
-            help="The code in brackets after a finding, or the code of an error. Without it, all codes are listed.",
+            help="The code in brackets after a finding, the code of an error, or a word as converging. Without it, all "
+            "codes are listed.",
             autocompletion=explained_codes,
         ),
     ] = None,
 ) -> None:
-    """Explain a finding or an error: its meaning, its likely causes and the action for it."""
+    """Explain a finding, an error, a status, a verdict or a reason: its meaning, its causes and the action for it."""
     from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.nearest_name import did_you_mean
 
@@ -61,8 +63,9 @@ def explain(
     found = [section for section in sections if section.code == code]
     if not found:
         like = did_you_mean(code, dict.fromkeys(section.code for section in sections))
+        advice = like or "; oncenter explain lists all codes"
         raise OncenterError(
-            f"no finding or error has the code '{code}'{like or '; oncenter explain lists all codes'}",
+            f"no finding, error or word of an answer has the code '{code}'{advice}",
             code="usage",
             exit_code=WRONG_USAGE,
         )
@@ -74,10 +77,11 @@ def read_sections() -> list[Section]:
     from oncenter.files.shipped import shipped
 
     page = shipped(PAGE).read_text(encoding="utf-8")
-    findings, errors = page.split("\n# Errors\n")
+    chapters = re.split(r"\n# [^\n]+\n", f"\n{page}")[1:]
     return [
-        *(_section(text, "finding") for text in findings.split("\n## ")[1:]),
-        *(_section(text, "error") for text in errors.split("\n## ")[1:]),
+        _section(text, kind)
+        for chapter, kind in zip(chapters, _CHAPTERS, strict=True)
+        for text in chapter.split("\n## ")[1:]
     ]
 
 
@@ -97,7 +101,7 @@ def _listed(sections: list[Section]) -> str:
     """A line per code, findings first."""
     width = max(len(section.code) for section in sections)
     lines = ["oncenter explain CODE prints all about one of them.", ""]
-    for kind, title in (("finding", "Findings"), ("error", "Errors")):
+    for kind, title in _CHAPTERS.items():
         lines.append(title)
         for section in sections:
             if section.kind == kind:

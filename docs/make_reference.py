@@ -17,7 +17,7 @@ from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
 from typer.main import get_command
 
 from oncenter.cli import EXIT_CODES
-from oncenter.cli.app import app
+from oncenter.cli.program import program_of
 from oncenter.files.toml_text import entry
 from oncenter.vehicle import tandem_side_force_m2_s2
 from oncenter.vehicle_file.written import vehicle_text
@@ -64,7 +64,7 @@ def commands_page() -> str:
 
 def commands() -> Iterator[tuple[str, Any]]:
     """Every command with its whole name, the program itself first."""
-    yield from _below("oncenter", get_command(app()))
+    yield from _below("oncenter", get_command(program_of()))
 
 
 def _below(path: str, command: Any) -> Iterator[tuple[str, Any]]:

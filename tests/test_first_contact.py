@@ -10,9 +10,9 @@ from test_estimate import steady_drive
 from typer.main import get_command
 
 from oncenter.cli import run
-from oncenter.cli.app import app
 from oncenter.cli.completion import explained_codes, scenarios, signal_names, vehicle_files
 from oncenter.cli.demo import _as_typed
+from oncenter.cli.program import program_of
 
 TRUCK = "wheelbase_m = 3.7\nsteering_ratio = 19.3\n"
 NEW = "oncenter vehicle new new_truck.toml --wheelbase-m 3.7 --steering-ratio 19.3"
@@ -98,13 +98,13 @@ def every_command(command: object, path: tuple[str, ...] = ()) -> list[tuple[str
     return [path, *(found for name, each in below.items() for found in every_command(each, (*path, name)))]
 
 
-@pytest.mark.parametrize("path", every_command(get_command(app())), ids=" ".join)
+@pytest.mark.parametrize("path", every_command(get_command(program_of())), ids=" ".join)
 def test_h_is_help_of_every_command(path: tuple[str, ...], capsys: pytest.CaptureFixture[str]) -> None:
     assert run([*path, "-h"]) == 0
     short = capsys.readouterr().out
     assert run([*path, "--help"]) == 0
     assert capsys.readouterr().out == short and "Usage: oncenter" in short
-    assert hasattr(get_command(app()), "commands") and ("Example: oncenter" in short or "Commands:" in short)
+    assert hasattr(get_command(program_of()), "commands") and ("Example: oncenter" in short or "Commands:" in short)
 
 
 def in_bash(words: str) -> list[str]:

@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import oncenter as oc
-from oncenter.cli.app import app
+from oncenter.cli.program import program_of
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate import Truth
@@ -96,7 +96,7 @@ def test_the_verb_takes_the_method(drive: tuple[Signals, Truth], tmp_path_factor
     log = tmp_path_factory.mktemp("wheels") / "drive.parquet"
     drive[0].table.write_parquet(log)
     ran = CliRunner().invoke(
-        app(), ["offset", str(log), "--vehicle", "scania_r730_4x2", "--method", "wheel-speed", "--json"]
+        program_of(), ["offset", str(log), "--vehicle", "scania_r730_4x2", "--method", "wheel-speed", "--json"]
     )
     assert ran.exit_code == 0
     assert json.loads(ran.stdout)["method"] == "wheel-speed"

@@ -86,13 +86,13 @@ def _run(arguments: Sequence[str], output: _Output) -> int:
     _begin_reader(arguments)
     import typer
 
-    from oncenter.cli.app import app
+    from oncenter.cli.program import program_of
     from oncenter.cli.usage import usage_message
 
     if arguments[:1] == ["help"]:
         arguments = [*arguments[1:], "--help"]
     try:
-        program = app(arguments[0] if arguments else "")
+        program = program_of(arguments[0] if arguments else "")
         result = program(args=list(arguments) or ["--help"], prog_name="oncenter", standalone_mode=False)
         if result == INTERRUPTED:  # from Typer, after Ctrl-C; a command that exits by itself has 1, 2 or 3
             return _interrupted(output)

@@ -1,62 +1,37 @@
-"""The commands as one program: one command a file."""
+"""oncenter app: a page in the browser in place of a terminal."""
 
 from __future__ import annotations
 
-from importlib import import_module
+from pathlib import Path
+from typing import Annotated
 
 import typer
 
-_ABOUT = "Estimate the offset of a truck's steering wheel angle sensor from logs of ordinary driving."
-_COMMANDS = {  # each in the module of its name, with an example below its help; a group has several commands
-    "offset": "offset drive.mf4 --vehicle truck.toml --report drive.html",
-    "compare": "compare before.json after.json",
-    "angle": "angle drive.mf4 --vehicle truck.toml --sensor-lost-at 600",
-    "reference": "reference both_ways.csv",
-    "budget": "budget --vehicle truck.toml --speed-km-h 80",
-    "live": "live can0 --vehicle truck.toml --web",
-    "signals": "signals drive.mf4 --vehicle truck.toml",
-    "explain": "explain steering_play",
-    "simulate": "simulate heavy_play --output heavy_play.log",
-    "demo": "demo",
-    "thesis": "thesis --output thesis",
-}
-_GROUPS = ("vehicle", "export", "fleet")
 
-
-def app(first: str = "") -> typer.Typer:
-    """The program; with a command alone where it is the first argument: the others would load in vain."""
-    program = typer.Typer(
-        name="oncenter",
-        help=_ABOUT,
-        context_settings={"help_option_names": ["-h", "--help"]},
-        rich_markup_mode=None,
-        pretty_exceptions_enable=False,
-    )
-    program.callback(
-        help=_ABOUT,
-        epilog="First steps: oncenter demo; oncenter vehicle new truck.toml; oncenter signals LOG; oncenter offset LOG "
-        "--vehicle truck.toml",
-    )(_all)
-    every = (*_COMMANDS, *_GROUPS)
-    for name in (first,) if first in every else every:
-        command = getattr(import_module(f"oncenter.cli.{name}"), name)
-        if name in _GROUPS:
-            program.add_typer(command)
-        else:
-            program.command(epilog=f"Example: oncenter {_COMMANDS[name]}")(command)
-    return program
-
-
-def _version(wanted: bool) -> None:
-    if wanted:
-        from oncenter import _core
-
-        typer.echo(_core.version())
-        raise typer.Exit
-
-
-def _all(
-    version: bool = typer.Option(False, "--version", callback=_version, is_eager=True, help="Print the version."),
-    debug: bool = typer.Option(False, "--debug", help="Show a traceback on internal errors."),
+def app(
+    port: Annotated[
+        int, typer.Option(metavar="PORT", min=0, max=65535, help="Port of the page; 0 takes a free one.")
+    ] = 0,
+    browser: Annotated[bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")] = True,
+    trucks: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder of your trucks; by default in the system's for programs.")
+    ] = None,
 ) -> None:
-    pass
+    """Open a page: choose the truck, drop its logs, read the verdict. Ctrl-C ends it.
+
+    Everything stays on this computer. The page's address contains a key, so that no other user of it gets in.
+    """
+    from oncenter.files.extra import require_package
+    from oncenter.live.memory import default_folder
+
+    require_package("bokeh", "oncenter app", "report")
+    from oncenter.app.server import serve
+
+    def opened(address: str) -> None:
+        typer.echo(f"the page is at {address}; Ctrl-C ends it")
+        if browser:
+            import webbrowser
+
+            webbrowser.open(address)
+
+    serve(trucks or default_folder() / "trucks", port, opened)

@@ -1,0 +1,114 @@
+"""Answers of the page: each is one run of `oncenter offset` in a process of its own, so that the page says what the
+command says, and a cancelled one leaves nothing behind."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import os
+import secrets
+import signal
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from oncenter.errors import OncenterError
+
+RUNNING_MAX = 2  # at once
+KEPT_MAX = 20  # answers with their reports
+
+
+@dataclass
+class Answer:
+    """`state` is "running", "done", "failed" or "cancelled"; `said` is the JSON of `oncenter offset`."""
+
+    report: Path
+    state: str = "running"
+    said: dict[str, Any] | None = None
+    process: asyncio.subprocess.Process | None = None
+
+
+class Answers:
+    """All answers of the page; the running ones are cancelled and the reports deleted when its context ends."""
+
+    def __init__(self) -> None:
+        self._folder = tempfile.TemporaryDirectory(prefix="oncenter-app-", ignore_cleanup_errors=True)
+        self._of: dict[str, Answer] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+
+    def __enter__(self) -> Answers:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for answer in self._of.values():
+            _end(answer)
+        self._folder.cleanup()
+
+    def begin(self, logs: Sequence[Path], vehicle: str) -> str:
+        """The key of an answer that is begun; needs a running event loop.
+
+        Args:
+            logs: of one folder.
+            vehicle: as `--vehicle` takes it.
+
+        Raises:
+            OncenterError: "too_many": others run.
+        """
+        if sum(answer.state == "running" for answer in self._of.values()) >= RUNNING_MAX:
+            raise OncenterError(f"{RUNNING_MAX} answers are being made: wait, or cancel one", code="too_many")
+        for key in list(self._of)[: 1 - KEPT_MAX]:
+            self._of.pop(key).report.unlink(missing_ok=True)
+        key = secrets.token_urlsafe(12)
+        answer = self._of[key] = Answer(Path(self._folder.name) / f"{key}.html")
+        task = asyncio.create_task(_run(answer, logs, vehicle))
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+        return key
+
+    def of(self, key: str) -> Answer | None:
+        return self._of.get(key)
+
+    def cancel(self, key: str) -> None:
+        answer = self._of.get(key)
+        if answer is not None and answer.state == "running":
+            answer.state = "cancelled"
+            _end(answer)
+
+
+async def _run(answer: Answer, logs: Sequence[Path], vehicle: str) -> None:
+    options = ["--vehicle", vehicle, "--json", "--report", str(answer.report)]
+    answer.process = await asyncio.create_subprocess_exec(
+        sys.executable,
+        *("-m", "oncenter", "offset", *options, "--", *(log.name for log in logs)),  # the report shows the names
+        cwd=logs[0].parent,
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+        start_new_session=os.name == "posix",
+    )
+    if answer.state == "cancelled":  # while it started
+        _end(answer)
+    out, err = await answer.process.communicate()
+    if answer.state == "cancelled":
+        return
+    try:
+        answer.said = json.loads(out)
+    except ValueError:
+        ended = err.decode(errors="replace").strip().removeprefix("oncenter: ")
+        answer.said = {"code": "bug", "message": ended or f"it ended with code {answer.process.returncode}"}
+    answer.state = "done" if "verdicts" in answer.said else "failed"
+
+
+def _end(answer: Answer) -> None:
+    """Its reader, a child of it, ends with it."""
+    if answer.process is None or answer.process.returncode is not None:
+        return
+    with contextlib.suppress(OSError):
+        if os.name == "posix":
+            os.killpg(answer.process.pid, signal.SIGKILL)
+        else:
+            answer.process.kill()

@@ -1,0 +1,174 @@
+"use strict";
+// The page: each step sends one request, and an error is a sentence beside what it is about.
+const texts = JSON.parse(document.getElementById("texts").textContent);
+const marks = JSON.parse(document.getElementById("marks").textContent);
+const part = (id) => document.getElementById(id);
+const logs = new Map(); // row of the list: {key, request, isWhole}
+
+const made = (tag, text, className) => {
+  const element = document.createElement(tag);
+  element.textContent = text ?? "";
+  element.className = className ?? "";
+  return element;
+};
+
+async function send(method, path, content) {
+  let response;
+  try {
+    response = await fetch(path, {method, body: content === undefined ? undefined : JSON.stringify(content)});
+  } catch {
+    throw new Error(texts.lost);
+  }
+  const said = await response.json();
+  if (!response.ok) throw new Error(said.message);
+  return said;
+}
+
+async function asked(wrong, action) {
+  part(wrong).textContent = "";
+  try {
+    return await action();
+  } catch (error) {
+    part(wrong).textContent = error.message;
+  }
+}
+
+part("form").addEventListener("submit", (event) => {
+  event.preventDefault();
+  asked("truck-wrong", async () => {
+    const {group, name} = await send("POST", "/trucks", Object.fromEntries(new FormData(part("form"))));
+    let list = part("truck").querySelector(`[data-group="${group}"]`);
+    if (!list) {
+      list = made("optgroup");
+      list.label = texts[group];
+      list.dataset.group = group;
+      part("truck").children[0].after(list);
+    }
+    const option = made("option", part("form").elements.name.value);
+    option.value = name;
+    list.append(option);
+    option.selected = true;
+    part("other").open = false;
+    part("truck").focus();
+  });
+});
+
+function add(file) {
+  const row = made("li"), name = made("span", file.name), state = made("span"), button = made("button", texts.cancel);
+  const progress = made("progress");
+  button.type = "button";
+  button.setAttribute("aria-label", `${texts.cancel}: ${file.name}`);
+  row.append(name, state, button, progress);
+  part("logs").append(row);
+  const log = {key: null, request: new XMLHttpRequest(), isWhole: false};
+  logs.set(row, log);
+  const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
+  const drop = () => {
+    logs.delete(row);
+    row.remove();
+  };
+  button.addEventListener("click", () => {
+    log.request.abort();
+    if (log.key) send("DELETE", `/logs/${log.key}`).catch(() => {});
+    drop();
+  });
+  asked("logs-wrong", async () => {
+    try {
+      log.key = (await send("POST", "/logs", {name: file.name, size: file.size})).log;
+    } catch (error) {
+      drop();
+      throw error;
+    }
+    await new Promise((done, failed) => {
+      const lost = () => {
+        drop();
+        failed(new Error(JSON.parse(log.request.responseText || "{}").message ?? texts.lost));
+      };
+      log.request.upload.onprogress = ({loaded, total}) => {
+        progress.max = total;
+        progress.value = loaded;
+        state.textContent = `${texts.copying}: ${megabytes(loaded)} ${texts.of} ${megabytes(total)} MB`;
+      };
+      log.request.onload = () => (log.request.status === 200 ? done() : lost());
+      log.request.onerror = lost;
+      log.request.onabort = done;
+      log.request.open("PUT", `/logs/${log.key}`);
+      log.request.send(file);
+    });
+    log.isWhole = true;
+    state.textContent = `${megabytes(file.size)} MB, ${texts.ready}`;
+    progress.remove();
+    button.textContent = texts.remove;
+    button.setAttribute("aria-label", `${texts.remove}: ${file.name}`);
+  });
+}
+
+part("files").addEventListener("change", () => {
+  for (const file of part("files").files) add(file);
+  part("files").value = "";
+});
+for (const kind of ["dragover", "dragleave", "drop"]) {
+  document.addEventListener(kind, (event) => {
+    event.preventDefault(); // the browser would open the log in place of the page
+    part("drop").classList.toggle("over", kind === "dragover");
+    if (kind === "drop") for (const file of event.dataTransfer.files) add(file);
+  });
+}
+
+const sleep = (seconds) => new Promise((done) => setTimeout(done, 1000 * seconds));
+let running = null; // key of the answer that is being made
+
+part("begin").addEventListener("click", async () => {
+  const shown = part("answer");
+  const chosen = part("truck").selectedOptions[0];
+  const given = {group: chosen.parentElement.dataset.group, name: chosen.value};
+  part("begin").disabled = true;
+  shown.replaceChildren(made("p", texts.reading), made("progress"));
+  try {
+    const keys = [...logs.values()].map((log) => log.key);
+    running = (await send("POST", "/answers", {...given, logs: keys})).answer;
+    const key = running;
+    part("cancel").hidden = false;
+    let state, said;
+    do {
+      await sleep(0.3);
+      ({state, said} = await send("GET", `/answers/${key}`));
+    } while (state === "running");
+    if (state === "cancelled") shown.replaceChildren(made("p", texts.cancelled));
+    else if (state === "failed") shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"));
+    else show(shown, key, said.verdicts);
+  } catch (error) {
+    shown.replaceChildren(made("p", error.message, "wrong"));
+  }
+  running = null;
+  part("begin").disabled = false;
+  part("cancel").hidden = true;
+});
+
+part("cancel").addEventListener("click", () => {
+  if (running) send("DELETE", `/answers/${running}`).catch(() => {});
+});
+
+// The headline without the word that stands in the mark before it.
+const said = ({word, headline}) => {
+  const rest = headline.startsWith(`${word}: `) ? headline.slice(word.length + 2) : headline;
+  return rest[0].toUpperCase() + rest.slice(1);
+};
+
+function show(shown, key, [first, ...others]) {
+  const verdict = made("div", "", `verdict ${first.state}`);
+  verdict.append(made("span", `${marks[first.state]} ${first.word}`, "state"), made("h3", said(first)));
+  for (const [text, name] of [[first.action, "action"], [first.note, "note"]]) if (text) verdict.append(made("p", text, name));
+  const list = made("ul", "", "others");
+  for (const {about, state, word, headline, action} of others) {
+    const row = made("li");
+    row.append(made("span", `${marks[state]} ${word}`, `state ${state}`), ` ${about}: ${said({word, headline})} ${state === "ok" ? "" : action}`);
+    list.append(row);
+  }
+  const report = made("a", texts.report, "button");
+  report.href = `/answers/${key}/report`;
+  report.target = "_blank";
+  const buttons = made("p");
+  buttons.append(report);
+  shown.replaceChildren(verdict, list, buttons);
+}

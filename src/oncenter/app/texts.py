@@ -1,0 +1,53 @@
+"""All texts of the page: a translation is one more table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+ENGLISH: Mapping[str, str] = {
+    "title": "oncenter",
+    "about": "Is the steering wheel angle sensor straight? Choose the truck and drop a log of ordinary driving.",
+    "truck": "1. The truck",
+    "known_trucks": "Trucks of this computer and examples",
+    "choose": "Choose a truck",
+    "yours": "Your trucks",
+    "shipped": "Examples",
+    "another_truck": "Another truck",
+    "name": "Name or number plate",
+    "name_where": "How you want to find it next time.",
+    "wheelbase_m": "Wheelbase",
+    "wheelbase_m_where": "From the front axle to the middle of the driven axle or axles, in the body builder's "
+    "drawing. Usually 3.5 to 6.5 m.",
+    "steering_ratio": "Steering ratio",
+    "steering_ratio_where": "Turns of the steering wheel for one turn of the front wheels, in the data sheet of the "
+    "steering gear. Usually 16 to 24; 19.3 where you do not know it.",
+    "axle_layout": "Axles",
+    "axle_layout_where": "Wheels x driven wheels.",
+    "traffic_side": "Driven on",
+    "traffic_side_where": "The side of the road: its slope moves the steering wheel.",
+    "right": "the right side",
+    "left": "the left side",
+    "save_truck": "Keep this truck",
+    "logs": "2. The logs",
+    "drop": "Drop logs here, or choose files",
+    "drop_where": "One drive, or several drives of the same truck. Ordinary driving with bends to both sides, twenty "
+    "minutes or more.",
+    "remove": "remove",
+    "cancel": "Cancel",
+    "answer": "3. The answer",
+    "estimate": "Estimate the offset",
+    "reading": "Reading and estimating …",
+    "of": "of",
+    "copying": "Copying",
+    "ready": "ready",
+    "report": "Open the report",
+    "print": "Print it or save it as PDF",
+    "again": "Another drive",
+    "cancelled": "Cancelled. Nothing was changed.",
+    "lost": "The connection to oncenter is lost. Start it again, and open the page that it opens.",
+    "needs_truck": "Choose a truck first.",
+    "needs_log": "Drop a log first.",
+    "waits": "Wait until all logs are copied.",
+    "failed": "No answer",
+    "local": "Everything stays on this computer: no log and no answer leaves it.",
+}

@@ -1,0 +1,72 @@
+"""The trucks of the page: vehicle files in a folder of this user, and the shipped ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.file_name import file_stem
+from oncenter.files.whole_file import write_whole
+from oncenter.vehicle_file.new import new_vehicle_file
+from oncenter.vehicle_file.shipped_files import shipped_names
+
+_NUMBERS = ("wheelbase_m", "steering_ratio")
+_WORDS = ("axle_layout", "traffic_side")
+
+
+class Trucks:
+    """Args: folder: made when the first truck is kept."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def names(self) -> dict[str, dict[str, str]]:
+        """The name of each truck for people, by that of its file."""
+        own = sorted(path.stem for path in self._folder.glob("*.toml")) if self._folder.is_dir() else []
+        return {"yours": {stem: unquote(stem) for stem in own}, "shipped": {name: name for name in shipped_names()}}
+
+    def vehicle(self, group: str, name: str) -> str | None:
+        """The value of `--vehicle` for a name of `names`; None for any other."""
+        if name not in self.names().get(group, {}):
+            return None
+        return name if group == "shipped" else str(self._folder / f"{name}.toml")
+
+    def keep(self, form: Mapping[str, Any]) -> str:
+        """Writes a vehicle file from what a person typed; the name of the file.
+
+        Raises:
+            OncenterError: "vehicle_file": a field is missing, no number or out of its range; "truck_exists".
+        """
+        name = str(form.get("name", "")).strip()
+        if not name:
+            raise _wrong("give the truck a name")
+        path = self._folder / f"{file_stem(name)[:60]}.toml"
+        if path.exists():
+            raise OncenterError(
+                f"there is a truck named {unquote(path.stem)}: choose it, or take another name",
+                code="truck_exists",
+                exit_code=WRONG_USAGE,
+            )
+        values = {"name": name, **{field: _number(field, form) for field in _NUMBERS}}
+        values |= {field: form[field] for field in _WORDS if form.get(field)}
+        text = new_vehicle_file(path, values, [])
+        self._folder.mkdir(parents=True, exist_ok=True)
+        write_whole(path, text)
+        return path.stem
+
+
+def _number(field: str, form: Mapping[str, Any]) -> float:
+    """As people write it: 3,7 or 3.7 m."""
+    written = str(form.get(field, "")).strip()
+    try:
+        return float(written.removesuffix("m").strip().replace(",", "."))
+    except ValueError:
+        what = "missing" if not written else f"no number: {written}"
+        raise _wrong(f"{field.rpartition('_m')[0] or field} is {what}".replace("_", " ")) from None
+
+
+def _wrong(message: str) -> OncenterError:
+    return OncenterError(message, code="vehicle_file", exit_code=WRONG_USAGE)

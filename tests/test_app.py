@@ -1,0 +1,242 @@
+"""The page of `oncenter app`: who gets in, what it keeps, and that it says what the command says."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import re
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import note_errors
+
+import oncenter as oc
+from oncenter.simulate import simulate_to_log
+
+pytest.importorskip("tornado", reason="tornado is not installed: pip install 'oncenter[report]'")
+
+FORM = {
+    "name": "M-AB 12",
+    "wheelbase_m": "3,7 m",
+    "steering_ratio": "19,3",
+    "axle_layout": "4x2",
+    "traffic_side": "right",
+}
+
+
+@dataclass
+class Page:
+    """A page that is served, and a browser's requests to it."""
+
+    port: int
+    key: str
+    trucks: Path
+
+    def ask(self, method: str, path: str, body: Any = None, **headers: str | None) -> tuple[int, bytes]:
+        """Status and body; headers by their names with _ for -, None leaves one out."""
+        given = {"Host": f"127.0.0.1:{self.port}", "Origin": f"http://127.0.0.1:{self.port}"}
+        given |= {"Cookie": f"oncenter-{self.port}={self.key}"}
+        given |= {name.replace("_", "-"): value for name, value in headers.items()}
+        sent = body if isinstance(body, bytes) or body is None else json.dumps(body).encode()
+        client = http.client.HTTPConnection("127.0.0.1", self.port, timeout=20)
+        try:
+            client.request(method, path, sent, {name: value for name, value in given.items() if value is not None})
+            response = client.getresponse()
+            return response.status, response.read()
+        finally:
+            client.close()
+
+    def said(self, method: str, path: str, body: Any = None) -> Any:
+        status, text = self.ask(method, path, body)
+        assert status == 200, text
+        return json.loads(text)
+
+    def refused(self, method: str, path: str, body: Any) -> str:
+        status, text = self.ask(method, path, body)
+        assert status >= 400, text
+        return str(json.loads(text)["message"])
+
+    def drop(self, log: Path) -> str:
+        content = log.read_bytes()
+        key = self.said("POST", "/logs", {"name": log.name, "size": len(content)})["log"]
+        self.said("PUT", f"/logs/{key}", content)
+        return str(key)
+
+    def answer(self, *logs: str) -> dict[str, Any]:
+        asked = {"group": "shipped", "name": "scania_r730_4x2", "logs": logs}
+        key = self.said("POST", "/answers", asked)["answer"]
+        until = time.monotonic() + 60.0
+        while (answer := self.said("GET", f"/answers/{key}"))["state"] == "running":
+            assert time.monotonic() < until
+            time.sleep(0.05)
+        return {"key": key, **answer}
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    trucks = tmp_path_factory.mktemp("app") / "trucks"
+    command = [sys.executable, "-m", "oncenter", "app", "--no-browser", "--trucks", str(trucks)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        opened = re.search(r"http://127\.0\.0\.1:(\d+)/\?key=([\w-]+)", process.stdout.readline())
+        assert opened is not None
+        yield Page(int(opened[1]), opened[2], trucks)
+        process.kill()
+
+
+@pytest.fixture(scope="module")
+def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("logs") / "my drive.log"
+    simulate_to_log("weave", 1, path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("method", "headers"),
+    [
+        ("GET", {"Cookie": None}),
+        ("GET", {"Cookie": "oncenter=x"}),
+        ("GET", {"Host": "evil.example"}),
+        ("POST", {"Origin": "http://evil.example"}),
+        ("POST", {"Origin": None}),
+        ("DELETE", {"Origin": "null"}),
+    ],
+)
+@pytest.mark.parametrize(
+    "path", ["/", "/app.js", "/trucks", "/logs", "/logs/x", "/answers/x", "/answers/x/report", "/no"]
+)
+def test_only_this_user_s_page_gets_an_answer(page: Page, path: str, method: str, headers: dict[str, Any]) -> None:
+    assert page.ask(method, path, FORM if method == "POST" else None, **headers)[0] == 403
+    assert not page.trucks.exists() or not list(page.trucks.glob("M-AB*12.toml"))
+
+
+def test_the_address_that_is_printed_opens_the_page_and_another_key_does_not(page: Page) -> None:
+    status, _ = page.ask("GET", f"/?key={page.key}", Cookie=None)
+    assert status == 302
+    assert page.ask("GET", "/?key=guessed", Cookie=None)[0] == 403
+
+
+def test_a_truck_is_kept_as_people_write_it_and_never_replaced(page: Page) -> None:
+    form = {**FORM, "name": "M/AB ../12"}
+    stem = page.said("POST", "/trucks", form)["name"]
+    (kept,) = page.trucks.iterdir()
+    assert kept.stem == stem
+    truck = oc.vehicle(kept)
+    assert (truck.name, truck.wheelbase_m, truck.steering_ratio) == ("M/AB ../12", 3.7, 19.3)
+    assert "choose it" in page.refused("POST", "/trucks", form)
+    for wrong, said in (
+        ({"wheelbase_m": "long"}, "wheelbase is no number: long"),
+        ({"name": " "}, "give the truck a name"),
+    ):
+        assert said in page.refused("POST", "/trucks", FORM | wrong)
+    assert "wheelbase_m" in page.refused("POST", "/trucks", FORM | {"wheelbase_m": "370"})
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "said"),
+    [
+        ("notes.pdf", 10, "notes.pdf is not a log"),
+        ("drive.log", 0, "empty"),
+        ("drive.log", 10**15, "MB left"),
+        ("a\x1b[31m.pdf", 1, r"a\x1b[31m.pdf"),
+    ],
+)
+def test_what_cannot_be_taken_is_refused_before_it_is_sent(page: Page, name: str, size: int, said: str) -> None:
+    assert said in page.refused("POST", "/logs", {"name": name, "size": size})
+
+
+def test_a_log_is_taken_once_in_the_size_that_was_announced(page: Page) -> None:
+    key = page.said("POST", "/logs", {"name": "../../drive.log", "size": 5})["log"]
+    assert "announced" in page.refused("PUT", f"/logs/{key}", b"longer than five")
+    assert page.said("PUT", f"/logs/{key}", b"12345") == {}
+    assert "announced" in page.refused("PUT", f"/logs/{key}", b"12345")
+    page.said("DELETE", f"/logs/{key}")
+    assert "announced" in page.refused("PUT", f"/logs/{key}", b"12345")
+
+
+def test_a_log_that_is_cut_on_its_way_is_not_answered(page: Page) -> None:
+    key = page.said("POST", "/logs", {"name": "drive.log", "size": 1000})["log"]
+    client = http.client.HTTPConnection("127.0.0.1", page.port)
+    client.putrequest("PUT", f"/logs/{key}")
+    for name, value in (("Content-Length", "1000"), ("Cookie", f"oncenter-{page.port}={page.key}")):
+        client.putheader(name, value)
+    client.putheader("Origin", f"http://127.0.0.1:{page.port}")
+    client.endheaders(b"half")
+    client.close()
+    asked = {"group": "shipped", "name": "rigid_6x2", "logs": [key]}
+    assert "Wait until all logs" in page.refused("POST", "/answers", asked)
+
+
+def test_the_page_says_what_the_command_says(page: Page, log: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from oncenter.cli import run
+
+    answer = page.answer(page.drop(log))
+    assert answer["state"] == "done"
+    assert run(["offset", str(log), "--vehicle", "scania_r730_4x2", "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert answer["said"]["verdicts"] == said["verdicts"]
+    assert answer["said"]["offset"] == said["offset"]
+    status, report = page.ask("GET", f"/answers/{answer['key']}/report")
+    assert status == 200 and b"Straight-ahead offset" in report and str(page.trucks.parent).encode() not in report
+
+
+def test_a_log_without_an_answer_has_the_command_s_error(page: Page, tmp_path: Path) -> None:
+    (tmp_path / "empty.csv").write_text("time_s,speed\n1,2\n")
+    answer = page.answer(page.drop(tmp_path / "empty.csv"))
+    assert answer["state"] == "failed"
+    assert "empty.csv" in answer["said"]["message"] and "Traceback" not in answer["said"]["message"]
+
+
+def test_an_answer_can_be_cancelled(page: Page, log: Path) -> None:
+    asked = {"group": "shipped", "name": "rigid_6x2", "logs": [page.drop(log)]}
+    key = page.said("POST", "/answers", asked)["answer"]
+    page.said("DELETE", f"/answers/{key}")
+    assert page.said("GET", f"/answers/{key}") == {"state": "cancelled", "said": None}
+    assert page.ask("GET", f"/answers/{key}/report")[0] == 404
+
+
+def test_256_requests_without_an_end_lock_nobody_out(page: Page) -> None:
+    waiting = []
+    for _ in range(256):
+        client = http.client.HTTPConnection("127.0.0.1", page.port)
+        client.connect()
+        client.sock.sendall(b"POST /logs HTTP/1.1\r\nContent-Length: 1000\r\n")
+        waiting.append(client)
+    try:
+        assert page.ask("GET", "/")[0] == 200
+    finally:
+        for client in waiting:
+            client.close()
+
+
+@pytest.mark.browser
+def test_a_mechanic_goes_from_the_first_page_to_the_report(page: Page, log: Path, browser: Any, tmp_path: Path) -> None:
+    faults: list[str] = []
+    with browser.new_context(viewport={"width": 1280, "height": 900}) as context:
+        opened = context.new_page()
+        note_errors(opened, faults)
+        opened.goto(f"http://127.0.0.1:{page.port}/?key={page.key}")
+        assert "key" not in opened.url
+        opened.click("summary")
+        for field in ("name", "wheelbase_m", "steering_ratio"):
+            opened.fill(f"[name={field}]", FORM[field])
+        opened.click("form button")
+        opened.wait_for_selector("#other:not([open])")
+        opened.set_input_files("#files", [log])
+        opened.wait_for_selector("text=ready")
+        opened.click("#begin")
+        opened.wait_for_selector(".verdict")
+        with context.expect_page() as report:
+            opened.click("text=Open the report")
+        report.value.wait_for_selector("canvas")
+        report.value.pdf(path=tmp_path / "report.pdf")
+        opened.set_viewport_size({"width": 400, "height": 900})
+        assert opened.evaluate("document.documentElement.scrollWidth") == 400
+    assert faults == []
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")

@@ -81,7 +81,7 @@ def counted(path: Path) -> tuple[Counter[str], Counter[str]]:
                 if message.is_error_frame
                 else "remote_frame"
                 if message.is_remote_frame
-                else "can_fd"
+                else "can_fd"  # no J1939 message has as many bytes
                 if len(message.data) > 8
                 else "data"
             )

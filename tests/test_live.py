@@ -156,7 +156,7 @@ def _with_noise(frames: Frames) -> Frames:
     noise = Frames(time_s, number, extended, data, length, frames.bus)
     both = joined([frames, noise])
     order = np.argsort(np.concatenate((np.arange(n), np.arange(n) + 0.5)), kind="stable")
-    return Frames(*(getattr(both, column)[order] for column in Frames.__dataclass_fields__))
+    return both.where(order)
 
 
 def test_before_the_needed_signals_are_there_it_says_which_are_not() -> None:

@@ -46,8 +46,7 @@ def of_group(frames: Frames, *pgns: int) -> np.ndarray:
 def stamped(frames: Frames, time: np.ndarray) -> Frames:
     """The frames in the order of their new stamps, as a logger writes them."""
     order = np.argsort(time, kind="stable")
-    columns = {name: getattr(frames, name)[order] for name in Frames.__dataclass_fields__}
-    return Frames(**{**columns, "time": np.round(time[order], 6)})
+    return replace(frames.where(order), time=np.round(time[order], 6))
 
 
 def trembling(frames: Frames, seed: int, sigma_s: float = 0.002) -> Frames:

@@ -17,7 +17,7 @@ from oncenter.files.log_formats import OF_FRAMES, WRITTEN
 from oncenter.read import candump as candump_reader
 from oncenter.read import read
 from oncenter.read.apart import frames, read_apart
-from oncenter.read.frames import Frames, joined
+from oncenter.read.frames import COLUMNS, Frames, joined
 from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.here import read_here
 from oncenter.signals import SignalName
@@ -51,7 +51,7 @@ def test_a_child_reads_what_this_process_reads(drives: Path, suffix: str) -> Non
 def test_a_child_gives_the_frames_that_this_process_gives(drives: Path, suffix: str) -> None:
     log = drives / f"drive{suffix}"
     own, apart = (joined(list(given)) for given in (frames_of_log(log, [], nobody_hears), frames(log, [])))
-    for column in Frames.__dataclass_fields__:
+    for column in COLUMNS:
         np.testing.assert_array_equal(getattr(apart, column), getattr(own, column))
 
 

@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from oncenter.errors import OncenterError
 from oncenter.live.replay import Replay
 from oncenter.read import blf, read
-from oncenter.read.frames import Frames, bus_name, frames_of_rows, joined
+from oncenter.read.frames import COLUMNS, Frames, bus_name, frames_of_rows, joined
 from oncenter.read.identity_of_log import identity_of
 from oncenter.read.other_lines import row
 from oncenter.simulate import simulate_to_log
@@ -115,17 +115,18 @@ def our_frames(path: Path, notes: list[str] | None = None) -> Frames:
 
 
 def python_can_frames(path: Path) -> Frames:
-    """Data frames of at most 8 bytes, of CAN and CAN FD."""
+    """Data frames, of CAN and CAN FD."""
     with can.BLFReader(path) as reader:
-        messages = [m for m in reader if not (m.is_error_frame or m.is_remote_frame) and len(m.data) <= 8]
+        messages = [m for m in reader if not (m.is_error_frame or m.is_remote_frame)]
     return frames_of_rows([row(m.timestamp, m.arbitration_id, m.is_extended_id, m.data, m.channel) for m in messages])
 
 
 def assert_same(ours: Frames, theirs: Frames) -> None:
     """Equal times up to the last bit: a damaged stamp above 2^53 ns is not exact as a double."""
     np.testing.assert_array_max_ulp(ours.time, theirs.time, maxulp=1)
-    for column in Frames.__dataclass_fields__.keys() - {"time"}:
+    for column in {*COLUMNS} - {"time"}:
         np.testing.assert_array_equal(getattr(ours, column), getattr(theirs, column), err_msg=column)
+    assert ours.after_eight().tobytes() == theirs.after_eight().tobytes()
 
 
 def frames_of_file(folder: Path, content: bytes, notes: list[str] | None = None) -> Frames:
@@ -301,27 +302,18 @@ def test_trailing_zeros_left_out_by_the_logger_are_restored(tmp_path: Path) -> N
     assert [int(d) for d in ours.data] == [0xFFFFFFFF00000201, 0x0201, 0xFFFFFFFF04030201, 0]
 
 
-def test_long_can_fd_frames_are_left_out_and_counted(tmp_path: Path) -> None:
+def test_long_can_fd_frames_are_read(tmp_path: Path) -> None:
     contents = padded(
         blf_object(CAN_FD, flexible(1, bytes(8))),
-        blf_object(CAN_FD, flexible(1, bytes(12))),
-        blf_object(CAN_FD_64, flexible_64(1, bytes(64))),
-        blf_object(CAN_FD_64, flexible_64(1, b"", length=255)),
+        blf_object(CAN_FD, flexible(1, bytes(range(12)))),
+        blf_object(CAN_FD_64, flexible_64(1, bytes(range(64)))),
+        blf_object(CAN_FD_64, flexible_64(1, b"\1", length=64)),
     )
-    notes: list[str] = []
-    assert len(frames_of_file(tmp_path, blf_file(container(contents)), notes)) == 1
-    assert notes == ["left out 3 CAN FD frames of more than 8 bytes in drive.blf"]
-
-
-def test_a_log_with_only_long_can_fd_frames_is_empty_with_a_note(tmp_path: Path) -> None:
-    path = tmp_path / "fd.blf"
-    path.write_bytes(blf_file(container(padded(*[blf_object(CAN_FD, flexible(1, bytes(64)))] * 9))))
-    with pytest.raises(OncenterError) as refused:
-        read(path)
-    assert refused.value.code == "empty_log"
-    assert str(refused.value) == (
-        "no CAN data frames in fd.blf: left out 9 CAN FD frames of more than 8 bytes in fd.blf"
-    )
+    frames = frames_of_file(tmp_path, blf_file(container(contents)))
+    assert frames.length.tolist() == [8, 12, 64, 64]
+    assert frames.more is not None
+    begins = [bytes(each)[:5] for each in frames.more]
+    assert begins == [b"\xff" * 5, b"\x08\t\n\x0b\xff", bytes(range(8, 13)), bytes(5)]
 
 
 def test_frames_with_an_unknown_object_header_are_left_out_and_counted(tmp_path: Path) -> None:

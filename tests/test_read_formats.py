@@ -119,9 +119,9 @@ def test_remote_error_and_fd_frames_are_skipped(tmp_path: Path) -> None:
     signals = read(log)
     assert_is_the_drive(signals)
     assert signals.notes == (
-        "left out 1 CAN FD frame of more than 8 bytes in a.log",
         "left out 2 error frames in a.log",
         "left out 1 remote frame in a.log",
+        "left out 1 CAN FD frame of more than 8 bytes, which no database describes, in a.log",
     )
 
 

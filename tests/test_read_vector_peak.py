@@ -11,7 +11,7 @@ import can
 import numpy as np
 import pytest
 from drive_frames import START_S as LOG_S
-from drive_frames import Frame, drive
+from drive_frames import Frame, candump, drive
 from mutate_logs import mutate
 from python_can_reader import python_can_frames
 from test_read_formats import WRITERS, written
@@ -20,7 +20,7 @@ from test_read_formats import trc as peak
 
 from oncenter.errors import OncenterError
 from oncenter.read import asc, read, text_blocks, trc
-from oncenter.read.frames import Frames, joined
+from oncenter.read.frames import COLUMNS, Frames, joined
 
 START_S = 1_714_564_800.0
 OURS = {".asc": asc, ".trc": trc}
@@ -32,8 +32,9 @@ def our_frames(path: Path, notes: list[str] | None = None) -> Frames:
 
 
 def assert_same(ours: Frames, theirs: Frames) -> None:
-    for column in Frames.__dataclass_fields__:
+    for column in COLUMNS:
         np.testing.assert_array_equal(getattr(ours, column), getattr(theirs, column), err_msg=column)
+    assert ours.after_eight().tobytes() == theirs.after_eight().tobytes()
 
 
 def assert_read_as_python_can_does(path: Path, notes: list[str] | None = None) -> Frames:
@@ -76,8 +77,8 @@ def test_traffic_that_python_can_wrote_as_asc_is_read_as_python_can_does(tmp_pat
         for message in traffic():
             writer.on_message_received(message)
     ours = assert_read_as_python_can_does(path)
-    assert len(ours) == 1826  # 26 of 67 CAN FD frames have 8 bytes
-    assert set(ours.length.tolist()) == set(range(9))
+    assert len(ours) == 1866
+    assert set(ours.length.tolist()) == {*range(9), 12, 64}
     assert {True, False} == set(ours.extended.tolist())
     assert len(set(ours.bus.tolist())) == 12
 
@@ -380,3 +381,41 @@ def test_a_long_file_without_frames_is_refused_soon(suffix: str, tmp_path: Path)
     with pytest.raises(OncenterError, match="most of its lines are not frames"):
         our_frames(path)
     assert time.process_time() - began < 10.0
+
+
+DATES = {
+    "Wed May 1 12:00:00.000 pm 2024": True,
+    "Wed May 1 12:00:00 2024": True,
+    "Wed May 1 15:06:13 pm 2024": True,
+    "Mit Mai 1 12:00:00.000 2024": True,
+    "mer. mai 1 12:00:00.000 2024": True,
+    "ons maj 1 12:00:00.000 2024": False,
+    "śr. lis 27 02:13:20.000 2024": False,
+    "周三 十一月 27 02:13:20.000 下午 2024": False,
+    "2024-05-01 12:00:00": False,
+    "Wed May 1 12:00:00.000 nachm. 2024": False,
+    "Wed May 41 12:00:00.000 2024": False,
+    "Wed 01.05.2024 12:00:00": False,
+}
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+def test_an_asc_log_with_a_date_in_any_language_and_encoding_has_its_time_differences(
+    encoding: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "drive.asc"
+    frames = "".join(f"   {0.25 * k:.6f} 1  123  Rx   d 1 {k:02X}\n" for k in range(40))
+    for date, is_known in DATES.items():
+        path.write_bytes(f"date {date}\nbase hex\nBegin Triggerblock {date}\n{frames}".encode(encoding))
+        notes: list[str] = []
+        ours = our_frames(path, notes)
+        assert (notes, len(ours)) == ([], 40), date
+        assert ours.time - ours.time[0] == pytest.approx(0.25 * np.arange(40), abs=1e-5), date
+        assert bool(ours.time[0] > 1e9) == is_known, date
+
+
+def test_a_candump_log_in_utf_16_is_that_in_utf_8(tmp_path: Path) -> None:
+    """PowerShell writes UTF-16 with `>`."""
+    (tmp_path / "8.log").write_text(candump(drive()))
+    (tmp_path / "16.log").write_bytes(candump(drive()).encode("utf-16"))
+    assert read(tmp_path / "16.log").table.equals(read(tmp_path / "8.log").table)

@@ -126,7 +126,7 @@ LONG_CAN_FD = {
 @pytest.mark.parametrize("suffix", LONG_CAN_FD)
 def test_long_can_fd_frames_are_counted(suffix: str, tmp_path: Path) -> None:
     notes = damaged(tmp_path, suffix, lambda lines, k: lines.insert(k, LONG_CAN_FD[suffix]))
-    assert notes == (f"left out 1 CAN FD frame of more than 8 bytes in d{suffix}",)
+    assert notes == (f"left out 1 CAN FD frame of more than 8 bytes, which no database describes, in d{suffix}",)
 
 
 def test_cut_off_notes_are_in_text_and_json_of_both_commands(

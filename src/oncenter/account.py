@@ -34,7 +34,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "Check whether the log has the bus twice, and the clock of the logger",
     ),
     "no_neighbour": ("the samples next to them are too far away in time", "Check the logger for lost frames"),
-    "can_fd": ("they are CAN FD frames of more than 8 bytes", ""),
+    "can_fd": ("they are CAN FD frames of more than 8 bytes, which no database describes", ""),
     "error_frame": ("they are error frames", ""),
     "remote_frame": ("they are remote frames", ""),
     "unreadable": ("they cannot be read", ""),

@@ -46,29 +46,28 @@ class Format:
 
 
 _CANDUMP = re.compile(rb"\(\d+\.\d+\) \S+ [0-9A-Fa-f]{3,8}#")
-_NO_LONG_FD = "CAN FD frames of more than 8 bytes are not read"
 _READ, _WRITE = "oncenter.read.", "oncenter.simulate.write."
 
 FORMATS = (
     Format(
-        (".log",), "candump", "frames", f"{_READ}candump:chunks", here=True, limits=_NO_LONG_FD,
+        (".log",), "candump", "frames", f"{_READ}candump:chunks", here=True,
         begins=(b"(",), writer=f"{_WRITE}candump:write_candump",
     ),
     Format(
-        (".asc",), "Vector", "frames", f"{_READ}asc:chunks", here=True, limits=_NO_LONG_FD,
+        (".asc",), "Vector", "frames", f"{_READ}asc:chunks", here=True,
         begins=(b"date ",), writer=f"{_WRITE}python_can:write_asc", writer_needs="can",
     ),
     Format(
-        (".blf",), "Vector", "frames", f"{_READ}blf:chunks", here=True, limits=_NO_LONG_FD,
+        (".blf",), "Vector", "frames", f"{_READ}blf:chunks", here=True,
         begins=(b"LOGG",), writer=f"{_WRITE}python_can:write_blf", writer_needs="can",
     ),
     Format(
-        (".trc",), "PEAK", "frames", f"{_READ}trc:chunks", here=True, limits=_NO_LONG_FD,
+        (".trc",), "PEAK", "frames", f"{_READ}trc:chunks", here=True,
         begins=(b";$FILEVERSION",), writer=f"{_WRITE}python_can:write_trc", writer_needs="can",
     ),
     Format(
         (".mf4", ".mdf", ".dat"), "ASAM MDF 3 and 4; INCA calls MDF 3 `.dat`", "frames and channels",
-        f"{_READ}mf4:read", extra="mf4", limits=_NO_LONG_FD,
+        f"{_READ}mf4:read", extra="mf4",
         begins=(b"MDF ", b"UnFinMF "), writer=f"{_WRITE}mf4:write_mf4", writer_needs="asammdf",
     ),
     Format((".csv",), "tables", "columns", f"{_READ}tabular:read_csv", writer=f"{_WRITE}tabular:write_csv"),

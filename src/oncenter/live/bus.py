@@ -221,11 +221,11 @@ def _reason(error: Exception) -> str:
 
 
 def data_frames(messages: Iterable[can.Message]) -> Frames:
-    """The data frames of at most 8 bytes, of CAN and CAN FD: no error frames and no remote frames."""
+    """The data frames of CAN and CAN FD: no error frames and no remote frames."""
     return frames_of_rows(
         [
             row(m.timestamp, m.arbitration_id, m.is_extended_id, m.data, m.channel)
             for m in messages
-            if not (m.is_error_frame or m.is_remote_frame) and len(m.data) <= _BYTES_MAX
+            if not (m.is_error_frame or m.is_remote_frame)
         ]
     )

@@ -59,7 +59,7 @@ def frames(path: Path, notes: list[str]) -> Generator[Frames, None, None]:
         for header, payload in child.ask({"frames": os.fspath(path)}, limits_for(_size(path))):
             notes += header.get("notes", ())
             if payload:
-                yield _as_frames(header["count"], payload)
+                yield _as_frames(header["count"], payload, is_long=header["is_long"])
 
 
 def names_in(file: Path, kind: Literal["log", "database"]) -> list[Named]:
@@ -135,22 +135,23 @@ def sent_frames(given: Frames, send: Send) -> None:
     """Sends frames as one message."""
     import numpy as np
 
-    from oncenter.read.frames import Frames
+    from oncenter.read.frames import COLUMNS
 
-    columns = (np.ascontiguousarray(getattr(given, name)) for name in Frames.__dataclass_fields__)
-    send({"count": len(given)}, *columns)
+    columns = [np.ascontiguousarray(getattr(given, name)) for name in COLUMNS]
+    more = [] if given.more is None else [np.ascontiguousarray(given.more)]
+    send({"count": len(given), "is_long": bool(more)}, *columns, *more)
 
 
 _FRAME_TYPES = ("f8", "u4", "?", "u8", "u1", "u8")
 
 
-def _as_frames(count: int, payload: bytes) -> Frames:
+def _as_frames(count: int, payload: bytes, *, is_long: bool) -> Frames:
     import numpy as np
 
-    from oncenter.read.frames import Frames
+    from oncenter.read.frames import MORE, Frames
 
     columns, start = [], 0
-    for kind in map(np.dtype, _FRAME_TYPES):
+    for kind in (*map(np.dtype, _FRAME_TYPES), *((MORE,) if is_long else ())):
         columns.append(np.frombuffer(payload, kind, count, start))
         start += count * kind.itemsize
     return Frames(*columns)

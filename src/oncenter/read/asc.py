@@ -23,7 +23,6 @@ from oncenter.read.frames import Column, Frames
 from oncenter.read.left_out import CutOff
 from oncenter.read.other_lines import OtherLines, Row, row
 from oncenter.read.text_blocks import TextBlocks
-from oncenter.read.wording import damaged
 
 _LAYOUTS = {
     decimal: Layout(
@@ -50,18 +49,20 @@ _STAMP = re.compile(r"\d+\.?\d*")
 _WITHOUT_TIME = ("date", "base", "internal", "no", "begin", "end", "//", "-")  # begins of lines
 _IDENTIFIER = re.compile(r"[0-9A-Fa-f]+x?", re.IGNORECASE)
 _DECIMAL_IDENTIFIER = re.compile(r"\bID = (\d+)(x?)")
-_DATE = re.compile(r"(?:date|begin\s+triggerblock)\s+\w+\s+(.+)", re.IGNORECASE)
+_DATE = re.compile(r"(?:date|begin\s+triggerblock)\s+\S+\s+(.+)", re.IGNORECASE)
 _MONTHS = {name: k for k, name in enumerate("jan feb mar apr may jun jul aug sep oct nov dec".split(), 1)} | {
     "mär": 3,
     "mai": 5,
     "okt": 10,
     "dez": 12,
 }
-_DAY = re.compile(r"(\w+)\s+(\d\d?)\s+(\d\d?):(\d\d?):(\d\d?)(?:\.(\d{1,6}))?(?:\s+([ap])m)?\s+(\d{4})", re.IGNORECASE)
+_DAY = re.compile(
+    r"(\w+\.?)\s+(\d\d?)\s+(\d\d?):(\d\d?):(\d\d?)(?:\.(\d{1,6}))?(?:\s+([ap])m)?\s+(\d{4})", re.IGNORECASE
+)
 
 
 def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Data frames of at most 8 bytes, CAN and CAN FD, a block of text at a time. `notes` receives what was left out.
+    """Data frames, CAN and CAN FD, a block of text at a time. `notes` receives what was left out.
 
     Raises:
         OncenterError: "unreadable_log": messages have names instead of identifiers, or the layout is unknown.
@@ -119,7 +120,7 @@ class _Log:
             return
         date = _DATE.fullmatch(line)
         if date is not None:
-            self.start_s = _seconds(date[1], self.others.log)
+            self.start_s = _seconds(date[1]) or self.start_s
         if date is not None or line[:5].lower() == "begin":
             self.starts.append((number, self.start_s))
 
@@ -204,8 +205,7 @@ def _with_identifier(line: str, words: list[str], log: str, *, decimal: bool) ->
 
 
 def _flexible(time: float, text: str, base: int, no_data: Counter[str]) -> Row | None:
-    """A CAN FD frame of at most 8 bytes; None for a longer one, an error frame, or one without data, which python-can
-    reads as a remote frame.
+    """A CAN FD frame; None for an error frame, or one without data, which python-can reads as a remote frame.
 
     Raises:
         ValueError: it cannot be parsed.
@@ -218,9 +218,11 @@ def _flexible(time: float, text: str, base: int, no_data: Counter[str]) -> Row |
     words = rest.split()
     _, _, length, *data = words if name_or_switch.isdigit() else words[1:]
     count, (number, extended) = int(length), _number(identifier, base)
-    if not 0 < count <= 8:
-        no_data["can_fd" if count else "remote_frame"] += 1
+    if not count:
+        no_data["remote_frame"] += 1
         return None
+    if len(data) < count:
+        raise IndexError("the line ends before its data")
     return row(time, number, extended, bytes(int(byte, base) for byte in data[:count]), int(bus) - 1)
 
 
@@ -262,24 +264,20 @@ def _step(line: str) -> float:
         return 0.0
 
 
-def _seconds(date: str, log: str) -> float:
-    """Seconds since 1970 of `Jun 15 02:13:20.000 pm 2016`. The format means local time.
-
-    Raises:
-        OncenterError: the date has another form.
+def _seconds(date: str) -> float:
+    """Seconds since 1970 of `Jun 15 02:13:20.000 pm 2016`; 0 for a date in another language or order, because only
+    differences of the frames' times matter. The format means local time.
     """
     found = _DAY.fullmatch(date)
+    if found is None:
+        return 0.0
+    month, day, hour, minute, second, fraction, half, year = found.groups()
+    hours, months = int(hour), _MONTHS.get(month.lower().rstrip("."), 0)
+    if half is not None and 1 <= hours <= 12:  # some tools write "15:06:13 pm"
+        hours = hours % 12 + (12 if half.lower() == "p" else 0)
+    micros = int((fraction or "0").ljust(6, "0"))
     try:
-        if found is None:
-            raise ValueError(date)
-        month, day, hour, minute, second, fraction, half, year = found.groups()
-        hours = int(hour)
-        if half is not None:
-            if not 1 <= hours <= 12:
-                raise ValueError(date)
-            hours = hours % 12 + (12 if half.lower() == "p" else 0)
-        months = _MONTHS.get(month.lower(), 0) or int(month)
-        micros = int((fraction or "0").ljust(6, "0"))
+        months = months or int(month)
         return datetime(int(year), months, int(day), hours, int(minute), int(second), micros).timestamp()
-    except (ValueError, OverflowError) as error:
-        raise damaged(log, f"its date {date[:40]!r} has an unknown form") from error
+    except (ValueError, OverflowError, OSError):
+        return 0.0

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter.errors import OncenterError
-from oncenter.read.frames import Frames, bus_code, joined
+from oncenter.read.frames import BYTES_MAX, MORE, Frames, bus_code, joined
 from oncenter.read.left_out import CutOff, LeftOut, left_out_frames
 from oncenter.read.wording import counted, damaged
 
@@ -50,7 +50,7 @@ Numbers = npt.NDArray[np.unsignedinteger[Any]]
 
 
 def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Data frames of at most 8 bytes, CAN and CAN FD, some containers at a time. `notes` receives what was left out.
+    """Data frames, CAN and CAN FD, some containers at a time. `notes` receives what was left out.
 
     Raises:
         OncenterError: "unreadable_log": the file is damaged, cut off or of another format.
@@ -338,7 +338,7 @@ def _frames(log: _Log, contents: _Contents, at: Places, left_out: _LeftOut) -> F
     if len(parts) < 2:
         return joined(parts)
     merged, order = joined(parts), np.argsort(np.concatenate(places))
-    return Frames(*(getattr(merged, column)[order] for column in Frames.__dataclass_fields__))
+    return merged.where(order)
 
 
 def _frames_like(
@@ -359,27 +359,37 @@ def _frames_like(
     byte, bit = layout.remote
     remote = _field(data, body + byte, "u1") & bit != 0
     length = _field(data, body + layout.length, "u1")
-    if layout is _CLASSIC:
-        length = np.minimum(length, 8)  # length codes 9 to 15 mean 8
-    long = ~remote & (length > 8)
-    left_out.no_data["can_fd"] += int(np.count_nonzero(long))
+    # of classic CAN, length codes 9 to 15 mean 8
+    length = np.minimum(length, 8 if layout is _CLASSIC else BYTES_MAX)
     left_out.no_data["remote_frame"] += int(np.count_nonzero(remote))
-    ours = ~remote & ~long
+    ours = ~remote
     at, header, body, length, sizes = at[ours], header[ours], body[ours], length[ours], sizes[ours]
     there = length if layout is not _FLEXIBLE_64 else _there(log, contents, at, header, length, sizes)
 
     identifier, channel = _field(data, body + 4, "<u4"), _field(data, body, layout.channel)
     ticks, unit = _field(data, at + 24, "<u8"), _field(data, at + 16, "<u4")
     per_second = np.where(unit == _TEN_MICROSECONDS, 1e5, 1e9)
+    first, first_there = np.minimum(length, 8), np.minimum(there, 8)
     frames = Frames(
         ticks / per_second + log.start_s,
         identifier & np.uint32((1 << 29) - 1),
         identifier >= _EXTENDED,
-        _field(data, body + layout.data, "<u8") & _FIRST_BYTES[there] | ~_FIRST_BYTES[length],
+        _field(data, body + layout.data, "<u8") & _FIRST_BYTES[first_there] | ~_FIRST_BYTES[first],
         length,
         _buses(channel),
+        None if not len(length) or length.max() <= 8 else _more(data, body + layout.data + 8, length, there),
     )
     return frames, at
+
+
+def _more(data: bytes, begins: Places, length: Numbers, there: Places | Numbers) -> npt.NDArray[np.void]:
+    """Bytes 9 to 64 of CAN FD frames; of those that are not there, trailing zeros."""
+    count = np.arange(8, BYTES_MAX)
+    octets = _field(data + bytes(BYTES_MAX), begins, MORE.str).view(np.uint8).reshape(-1, MORE.itemsize)
+    octets = np.where(count < there[:, None], octets, 0)
+    octets[count >= length[:, None]] = 0xFF
+    more: npt.NDArray[np.void] = octets.view(MORE)[:, 0]
+    return more
 
 
 def _there(log: _Log, contents: _Contents, at: Places, header: Places, length: Numbers, sizes: Places) -> Places:

@@ -7,7 +7,6 @@ then eight characters at once as one number. All other lines go through a regula
 from __future__ import annotations
 
 import re
-from codecs import BOM_UTF8
 from collections import Counter
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
@@ -18,8 +17,10 @@ import numpy.typing as npt
 
 from oncenter.errors import OncenterError
 from oncenter.read.digits import Places, Words, all_decimal, decimal, eight, packed, without_first
-from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
+from oncenter.read.frames import Frames, frames_of_rows, joined
 from oncenter.read.left_out import CutOff, LeftOut, left_out_frames
+from oncenter.read.other_lines import Row, row
+from oncenter.read.text_blocks import utf_8
 from oncenter.read.wording import counted
 
 BLOCK_BYTES = 1 << 20  # text per step, so that its columns fit into the cache
@@ -29,16 +30,16 @@ BAD_LINES_SHARE = 0.01  # more bad lines mean another format, not local damage
 
 _NIBBLE = bytes(int(chr(c), 16) if chr(c) in "0123456789abcdefABCDEF" else 0xFF for c in range(256))
 _LOG_LINE = re.compile(  # two #, then a digit of flags, of CAN FD
-    rb"\s*\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#(?:#[0-9A-Fa-f])?((?:[0-9A-Fa-f]{2}){0,8})"
+    rb"\s*\((\d+\.\d+)\)\s+(\S+)\s+([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})#(?:#[0-9A-Fa-f])?((?:[0-9A-Fa-f]{2}){0,64})"
     rb"(?:\s+[RT])?\s*"
 )
 _STAMP = rb"(\d+\.\d+|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+)"
 _CONSOLE_LINE = re.compile(
-    rb"\s*\(" + _STAMP + rb"\)\s+(\S+)\s+(?:[RT]X\s+\S+\s+\S+\s+)?([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})\s+\[0?\d\]"
-    rb"\s*((?:[0-9A-Fa-f]{2}\s*){0,8})(?:'.*')?\s*"
+    rb"\s*\(" + _STAMP + rb"\)\s+(\S+)\s+(?:[RT]X\s+\S+\s+\S+\s+)?([0-9A-Fa-f]{8}|[0-9A-Fa-f]{3})\s+\[\d{1,2}\]"
+    rb"\s*((?:[0-9A-Fa-f]{2}\s*){0,64})(?:'.*')?\s*"
 )
 _NO_DATA_LINE = re.compile(
-    rb".*(?:(?P<remote_frame>#R\d?|remote request)|(?P<can_fd>##[0-9A-Fa-f]+|\[\d\d\].*)|(?P<error_frame>ERRORFRAME))"
+    rb".*(?:(?P<remote_frame>#R\d?|remote request)|(?P<error_frame>ERRORFRAME))"
     rb"(?:\s+[RT])?\s*|\t[a-z-]+(?:\{.*\})?\s*",
     re.DOTALL,
 )
@@ -55,10 +56,8 @@ def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> I
     no_data: Counter[str] = Counter()
     first_bad = ""
     with path.open("rb") as file:
-        rest = b""
-        if file.read(len(BOM_UTF8)) != BOM_UTF8:
-            file.seek(0)
-        while block := file.read(BLOCK_BYTES):
+        rest, given = b"", utf_8(file)
+        while block := given.read(BLOCK_BYTES):
             done += len(block)
             whole, newline, rest = (rest + block).rpartition(b"\n")
             if not newline:
@@ -115,7 +114,7 @@ def _parse(block: bytes, no_data: Counter[str]) -> tuple[Frames, list[tuple[int,
     others, places, bad = _parse_one_by_one(text, starts, ends, np.flatnonzero(~read), no_data)
     merged = joined([frames, others])
     order = np.argsort(np.concatenate((np.flatnonzero(read), places)), kind="stable")
-    return Frames(*(getattr(merged, c)[order] for c in Frames.__dataclass_fields__)), bad, len(ends)
+    return merged.where(order), bad, len(ends)
 
 
 def _parse_log_style(
@@ -229,7 +228,7 @@ def _parse_one_by_one(
     text: bytes, starts: Places, ends: Places, lines: Places, no_data: Counter[str]
 ) -> tuple[Frames, Places, list[tuple[int, bytes]]]:
     """The frames in the given lines, their line numbers, and the lines without a frame."""
-    rows: list[tuple[float, int, bool, int, int, int]] = []
+    rows: list[Row] = []
     places: list[int] = []
     bad: list[tuple[int, bytes]] = []
     for line in lines.tolist():
@@ -248,7 +247,6 @@ def _parse_one_by_one(
         if number >= 1 << 29:
             no_data["error_frame"] += 1
             continue
-        padded = int.from_bytes(data.ljust(8, b"\xff"), "little")
-        rows.append((_seconds(stamp), number, len(identifier) == 8, padded, len(data), bus_code(bus.decode("latin-1"))))
+        rows.append(row(_seconds(stamp), number, len(identifier) == 8, data, bus.decode("latin-1")))
         places.append(line)
     return frames_of_rows(rows), np.array(places, np.int64), bad

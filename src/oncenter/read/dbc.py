@@ -19,7 +19,7 @@ from oncenter.files.file_name import printable
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read import j1939
 from oncenter.read.database_file import messages_of
-from oncenter.read.frames import Column, Frames, Kept, bus_name, pgn_of
+from oncenter.read.frames import BYTES_MAX, Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.samples import Beyond, Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
@@ -177,7 +177,7 @@ def _fields(message: Message, layout: Signal, names: Mapping[str, SignalName], n
     ]
     fields = by_names or _by_spn_or_name(layout, notes)
     for part in (part for field in fields for part in field.layouts):
-        why = _impossible(part, _selectors(message, part))
+        why = _impossible(message, part, _selectors(message, part))
         if why is not None:
             notes.append(f"{fields[0].signal or layout.name}: {message.name}.{part.name} {why} and was left out")
             return []
@@ -206,8 +206,8 @@ def _named(message: Message, layout: Signal, signal: str, entry: SignalName) -> 
     return Field(layout, entry.sign * known[unit], signal, plus=plus, sign_by=sign_by)
 
 
-def _impossible(layout: Signal, selectors: Sequence[Signal] | None) -> str | None:
-    """Why a signal, or a multiplexer that selects it, cannot be in a frame of eight bytes; None if it can."""
+def _impossible(message: Message, layout: Signal, selectors: Sequence[Signal] | None) -> str | None:
+    """Why a signal, or a multiplexer that selects it, cannot be in a frame of its message; None if it can."""
     if selectors is None:
         return "refers to a multiplexer that its message does not have"
     for part in (layout, *selectors):
@@ -215,8 +215,11 @@ def _impossible(layout: Signal, selectors: Sequence[Signal] | None) -> str | Non
             return f"has {part.length} bits"
         if part.start < 0:
             return f"begins at bit {part.start}"
-        if _place(part)[1] > 64:
-            return "ends after the eighth byte"
+        place = _place(part)
+        if place.end > 8 * (message.length if 8 < message.length <= BYTES_MAX else 8):
+            return "ends after the eighth byte" if message.length <= 8 else "ends after the last byte"
+        if place.shift < 0:
+            return "lies in nine bytes"
         if part.is_float and part.length not in (16, 32, 64):
             return f"is a floating-point number of {part.length} bits"
     if not 0.0 < abs(_float(layout.scale)) < _NUMBER_MAX or not abs(_float(layout.offset)) < _NUMBER_MAX:
@@ -490,7 +493,7 @@ def decoded(layout: Signal, frames: Frames) -> Decoded:
         top = raw >> np.uint64(layout.length - 8)
         for least, most, reason in ((0xFB, 0xFD, _RESERVED), (0xFE, 0xFE, _ERROR), (0xFF, 0xFF, _NOT_AVAILABLE)):
             why[(top >= least) & (top <= most) & frames.extended] = reason
-    why[frames.length.astype(np.int64) * 8 < _place(layout)[1]] = _TOO_SHORT
+    why[frames.length.astype(np.int64) * 8 < _place(layout).end] = _TOO_SHORT
     values[why != 0] = np.nan
     return Decoded(values, why, beyond & (why == 0))
 
@@ -522,18 +525,36 @@ def _codes_at_ends(layout: Signal, reason: int) -> npt.NDArray[np.uint64]:
 
 
 def _raw(layout: Signal, frames: Frames) -> npt.NDArray[np.uint64]:
-    words = frames.data if layout.byte_order == "little_endian" else frames.data.byteswap()
-    shift, _ = _place(layout)
-    return (words >> np.uint64(shift)) & np.uint64((1 << layout.length) - 1)
+    place = _place(layout)
+    words = frames.data if not place.byte else _eight_bytes(frames, place.byte)
+    words = words if layout.byte_order == "little_endian" else words.byteswap()
+    return (words >> np.uint64(place.shift)) & np.uint64((1 << layout.length) - 1)
 
 
-def _place(layout: Signal) -> tuple[int, int]:
-    """The shift of a signal in its eight bytes read in its byte order, and the number of bits up to its end."""
-    if layout.byte_order == "little_endian":
-        return layout.start, layout.start + layout.length
+def _eight_bytes(frames: Frames, first: int) -> npt.NDArray[np.uint64]:
+    """Eight bytes of each frame from this one on."""
+    octets = np.ascontiguousarray(frames.after_eight()).view(np.uint8).reshape(-1, BYTES_MAX - 8)
+    every = np.hstack((np.ascontiguousarray(frames.data).view(np.uint8).reshape(-1, 8), octets))
+    return np.ascontiguousarray(every[:, first : first + 8]).view("<u8")[:, 0]
+
+
+class _Place(NamedTuple):
+    """Of a signal: the first of eight bytes around it, its shift in these in its byte order (negative if they are too
+    few), and the number of the frame's bits up to its end."""
+
+    byte: int
+    shift: int
+    end: int
+
+
+def _place(layout: Signal) -> _Place:
     # Big-endian: the start is the most significant bit, counted 7..0 in byte 0, 15..8 in byte 1, ...
-    first = 8 * (layout.start // 8) + 7 - layout.start % 8
-    return 64 - first - layout.length, first + layout.length
+    little = layout.byte_order == "little_endian"
+    first = layout.start if little else 8 * (layout.start // 8) + 7 - layout.start % 8
+    end = first + layout.length
+    byte = 0 if end <= 64 else min(first // 8, BYTES_MAX - 8)
+    behind = 64 + 8 * byte - end  # bits
+    return _Place(byte, first - 8 * byte if little and behind >= 0 else behind, end)
 
 
 def _number(raw: npt.NDArray[np.uint64], layout: Signal) -> Column:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 PGN_COUNT = 1 << 18
 STANDARD_ID_COUNT = 1 << 11
+_FIRST_EIGHT = (1 << 64) - 1
 
 Column = npt.NDArray[np.float64]
 
@@ -22,9 +24,10 @@ class Frames:
         time: s, as recorded.
         identifier: 29 or 11 bits.
         extended: whether the identifier has 29 bits.
-        data: eight bytes as a little-endian number; missing bytes are 0xFF, "not available".
-        length: data bytes, 0 to 8.
+        data: the first eight bytes as a little-endian number; missing bytes are 0xFF, "not available".
+        length: data bytes, 0 to 64.
         bus: name of the bus, see `bus_code`.
+        more: bytes 9 to 64 of CAN FD frames, missing ones 0xFF; None if no frame has more than eight.
     """
 
     time: Column
@@ -33,6 +36,7 @@ class Frames:
     data: npt.NDArray[np.uint64]
     length: npt.NDArray[np.uint8]
     bus: npt.NDArray[np.uint64]
+    more: npt.NDArray[np.void] | None = None
 
     def __len__(self) -> int:
         return len(self.time)
@@ -43,7 +47,18 @@ class Frames:
             if chosen.all():
                 return self
             chosen = np.flatnonzero(chosen)  # faster than a mask for each column
-        return Frames(*(getattr(self, column)[chosen] for column in self.__dataclass_fields__))
+        columns = [getattr(self, column)[chosen] for column in COLUMNS]
+        return Frames(*[*columns, None if self.more is None else self.more[chosen]])
+
+    def after_eight(self) -> npt.NDArray[np.void]:
+        """`more`, also where no frame has more than eight bytes."""
+        return np.full(len(self), _NO_MORE) if self.more is None else self.more
+
+
+COLUMNS = tuple(name for name in Frames.__dataclass_fields__ if name != "more")
+BYTES_MAX = 64  # of a CAN FD frame
+MORE = np.dtype(f"V{BYTES_MAX - 8}")
+_NO_MORE = np.void(b"\xff" * MORE.itemsize)
 
 
 def joined(parts: list[Frames]) -> Frames:
@@ -57,9 +72,11 @@ def joined(parts: list[Frames]) -> Frames:
             np.empty(0, np.uint8),
             np.empty(0, np.uint64),
         )
-    return Frames(
-        *(np.concatenate([getattr(part, column) for part in parts]) for column in Frames.__dataclass_fields__)
-    )
+    more = None
+    if any(part.more is not None for part in parts):
+        more = np.concatenate([part.after_eight() for part in parts])
+    columns: list[Any] = [np.concatenate([getattr(part, column) for part in parts]) for column in COLUMNS]
+    return Frames(*[*columns, more])
 
 
 def bus_code(name: str) -> int:
@@ -113,15 +130,22 @@ class Kept:
 
 
 def frames_of_rows(rows: Sequence[tuple[float, int, bool, int, int, int]]) -> Frames:
-    """Frames from rows of their attributes in order; there may be none."""
+    """Frames from rows of their attributes in order, the data as a number of up to 64 bytes; there may be none."""
     columns = list(zip(*rows, strict=True)) if rows else [()] * 6
+    more, data = None, columns[3]
+    if max(columns[4], default=0) > 8:
+        rest = [(number >> 64).to_bytes(MORE.itemsize, "little") for number in data]
+        more = np.array(rest, MORE)
+        more[np.array(columns[4]) <= 8] = _NO_MORE
+        data = tuple(number & _FIRST_EIGHT for number in data)
     return Frames(
         np.array(columns[0], np.float64),
         np.array(columns[1], np.uint32),
         np.array(columns[2], bool),
-        np.array(columns[3], np.uint64),
+        np.array(data, np.uint64),
         np.array(columns[4], np.uint8),
         np.array(columns[5], np.uint64),
+        more,
     )
 
 

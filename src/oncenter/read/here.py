@@ -15,7 +15,7 @@ from oncenter.read import dbc as databases
 from oncenter.read import identity, j1939
 from oncenter.read.as_signals import FrameCount, as_signals
 from oncenter.read.database_range import within_signals
-from oncenter.read.decode import decode, wanted_by, with_signals
+from oncenter.read.decode import decode, wanted_by, with_signals, without_long
 from oncenter.read.frames import Kept, keep, with_groups
 from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.identity import NOT_STATED, Identity
@@ -116,6 +116,7 @@ def _from_bus(
         kept = keep(frames_of_log(path, notes, progress), both)
     else:
         kept, decoded = imported(log_format.reader)(path, names, both, notes, progress)
+    kept, long = without_long(kept, described, path.name, notes)
     of_truck = with_groups(kept.frames, identity.PGNS)
     vin = identity.assembled((kept.frames.where(of_truck),)) or vin_in_header(path)
     if others:
@@ -128,7 +129,7 @@ def _from_bus(
         raise _no_signal_recognised(path, log_format, kept, described, notes)
     if not kept.total:
         return _Bus(candidates, vin, None, None)
-    count = FrameCount(kept.total, with_signals(frames, described))
+    count = FrameCount(kept.total - long, with_signals(frames, described))
     return _Bus(candidates, vin, count, None if decoded and not len(frames) else set_back)
 
 

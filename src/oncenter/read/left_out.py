@@ -43,7 +43,7 @@ def left_out_frames(log: str, counts: Counter[str]) -> list[LeftOut]:
         counts: by reason: "can_fd", "error_frame", "remote_frame", "invalid_bit".
     """
     nouns = {
-        "can_fd": ("CAN FD frame", " of more than 8 bytes"),
+        "can_fd": ("CAN FD frame", " of more than 8 bytes, which no database describes,"),
         "error_frame": ("error frame", ""),
         "remote_frame": ("remote frame", ""),
         "invalid_bit": ("frame", " that the logger marks as invalid"),

@@ -29,7 +29,7 @@ from oncenter.files.extra import require_package
 from oncenter.read import j1939
 from oncenter.read.channels import Channel, Content, NoSamples, samples, samples_of, with_parts, without_zeros
 from oncenter.read.conversions import NoNumbers, UnknownConversion, physical, shown
-from oncenter.read.frames import Column, Frames, Kept, Wanted, bus_code, keep
+from oncenter.read.frames import BYTES_MAX, MORE, Column, Frames, Kept, Wanted, bus_code, keep
 from oncenter.read.left_out import CutOff, left_out_frames
 from oncenter.read.samples import Samples
 from oncenter.read.set_back import pieces_of
@@ -274,12 +274,11 @@ def _frames_of_group(log: _Log, group: int, channels: list[str], no_data: Counte
     # Without an IDE field, bit 31 of the identifier says that it is extended.
     extended = field("IDE", 0).astype(bool) | (identifier >> np.uint32(31) == 1)
     bytes_ = np.asarray(fields[f"{FRAME_CHANNEL}.DataBytes"])
-    width = min(bytes_.shape[1], 8)
-    written = field("DataLength", width).astype(np.int64)
-    length = np.minimum(written, 8)
-    padded = np.full((len(fields), 8), 0xFF, np.uint8)
-    padded[:, :width] = bytes_[:, :width]
-    padded[np.arange(8) >= length[:, None]] = 0xFF
+    width = min(bytes_.shape[1], BYTES_MAX)
+    length = np.clip(field("DataLength", width).astype(np.int64), 0, width)
+    padded = np.full((len(fields), BYTES_MAX if width > 8 and length.max(initial=0) > 8 else 8), 0xFF, np.uint8)
+    padded[:, :width] = bytes_[:, : padded.shape[1]]
+    padded[np.arange(padded.shape[1]) >= length[:, None]] = 0xFF
     channel = field("BusChannel", 0).astype(np.int64)
     bus = np.zeros(len(fields), np.uint64)
     for number in np.unique(channel).tolist():
@@ -288,11 +287,12 @@ def _frames_of_group(log: _Log, group: int, channels: list[str], no_data: Counte
         log.time(group),
         identifier & np.uint32((1 << 29) - 1),
         extended,
-        padded.view("<u8")[:, 0],
+        np.ascontiguousarray(padded[:, :8]).view("<u8")[:, 0],
         length.astype(np.uint8),
         bus,
+        None if padded.shape[1] == 8 else np.ascontiguousarray(padded[:, 8:]).view(MORE)[:, 0],
     )
-    without = {"can_fd": field("EDL", 0).astype(bool) & (written > 8), "remote_frame": field("RTR", 0).astype(bool)}
+    without = {"remote_frame": field("RTR", 0).astype(bool)}
     if invalid is not None:
         without = {"invalid_bit": invalid, **without}
     chosen = np.ones(len(frames), bool)

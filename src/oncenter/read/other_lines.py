@@ -10,7 +10,7 @@ import numpy as np
 
 from oncenter.read.digits import Places
 from oncenter.read.fields import Lines
-from oncenter.read.frames import Frames, bus_code, frames_of_rows, joined
+from oncenter.read.frames import BYTES_MAX, Frames, bus_code, frames_of_rows, joined
 from oncenter.read.left_out import LeftOut, left_out_frames
 from oncenter.read.wording import counted, damaged
 
@@ -26,9 +26,10 @@ def row(time: float, identifier: int, extended: bool, data: bytes | bytearray, b
     Raises:
         ValueError: the identifier or the number of bytes is impossible.
     """
-    if not 0 <= identifier < 1 << 32 or len(data) > 8:
+    if not 0 <= identifier < 1 << 32 or len(data) > BYTES_MAX:
         raise ValueError("not a frame")
-    return time, identifier, extended, int.from_bytes(data.ljust(8, b"\xff"), "little"), len(data), bus_code(str(bus))
+    padded = data.ljust(8 if len(data) <= 8 else BYTES_MAX, b"\xff")
+    return time, identifier, extended, int.from_bytes(padded, "little"), len(data), bus_code(str(bus))
 
 
 @dataclass

@@ -1,13 +1,47 @@
-"""Complete lines of a text log, about 1 MiB at a time. All line ends become line feeds."""
+"""Complete lines of a text log, about 1 MiB at a time, in UTF-8. All line ends become line feeds."""
 
 from __future__ import annotations
 
-from codecs import BOM_UTF8
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE, getincrementaldecoder
 from collections.abc import Iterator
-from typing import BinaryIO
+from typing import BinaryIO, Protocol
 
 BLOCK_BYTES = 1 << 20  # its columns fit into the cache
 _LONGEST_LINE_BYTES = 1 << 20
+
+
+class Text(Protocol):
+    """A text file, read in order."""
+
+    def read(self, size: int, /) -> bytes:
+        """The next bytes; empty at the end."""
+
+
+def utf_16(head: bytes) -> str:
+    """The encoding of a text that begins so if it is UTF-16, with or without a byte order mark; else ""."""
+    if head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        return "utf-16"
+    zeros = "".join("0" if byte == 0 else "1" for byte in head[:4])
+    return {"1010": "utf-16-le", "0101": "utf-16-be"}.get(zeros, "")
+
+
+def utf_8(file: BinaryIO) -> Text:
+    """The file's text from its begin on, without a byte order mark; UTF-16, as Windows tools write it, as UTF-8."""
+    head = file.read(4)
+    encoding = utf_16(head)
+    file.seek(len(BOM_UTF8) if head.startswith(BOM_UTF8) else 0)
+    return _FromUtf16(file, encoding) if encoding else file
+
+
+class _FromUtf16:
+    def __init__(self, file: BinaryIO, encoding: str) -> None:
+        self._file, self._decoder = file, getincrementaldecoder(encoding)("replace")
+
+    def read(self, size: int, /) -> bytes:
+        while block := self._file.read(size):
+            if text := self._decoder.decode(block):
+                return text.encode("utf-8", "replace")
+        return b""
 
 
 class TextBlocks:
@@ -18,9 +52,8 @@ class TextBlocks:
         self.cut_off = False
 
     def __iter__(self) -> Iterator[bytes]:
-        rest = self._file.read(len(BOM_UTF8))
-        rest = b"" if rest == BOM_UTF8 else rest
-        while block := self._file.read(BLOCK_BYTES):
+        rest, text = b"", utf_8(self._file)
+        while block := text.read(BLOCK_BYTES):
             block = rest + block
             # a split CR LF pair gives an empty line, which is harmless
             end = max(block.rfind(b"\n"), block.rfind(b"\r")) + 1

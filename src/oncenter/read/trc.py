@@ -34,7 +34,7 @@ _DAY_0 = datetime(1899, 12, 30, tzinfo=UTC)
 
 
 def chunks(path: Path, notes: list[str], progress: Callable[[float], None]) -> Iterator[Frames]:
-    """Data frames of at most 8 bytes, CAN and CAN FD, a block of text at a time. `notes` receives what was left out.
+    """Data frames, CAN and CAN FD, a block of text at a time. `notes` receives what was left out.
 
     Raises:
         OncenterError: "unreadable_log": the layout is unknown.
@@ -86,7 +86,7 @@ class _Head:
         """
         if self.version in _OLD:
             return _Version1(others, _OLD[self.version], self._start_s(others.log))
-        if self.version in ("2.0", "2.1"):
+        if self.version.startswith(("2.", "3.")):
             return _Version2(others, self._places(others.log), self._start_s(others.log))
         return _Version1(others, _FIRST, 0.0)
 
@@ -186,8 +186,5 @@ class _Version2:
             return None
         identifier, count = words[at["I"]], int(words[self._length])
         data = bytes.fromhex(words[at["D"]]) if count else b""
-        if kind in _FLEXIBLE and len(data) > 8:
-            self._others.count_no_data("can_fd")
-            return None
         bus = int(words[at["B"]]) if "B" in at else 1
         return row(float(words[at["O"]]), int(identifier, 16), len(identifier) > 4, data, bus)

@@ -29,7 +29,6 @@ _SOURCE = re.compile(r"""--source (.+?)(?=[;\n]|$)""")
 _ENTRY = re.compile(r"\w+ = \{[^}]*\}")
 _NAME = re.compile(r"did you mean ([^?]+)\?")
 _RENAMED = re.compile(r"column (\S+) of \S+ has no unit: rename it to (.+?), or")
-_RENAMED_FILE = re.compile(r"(\S+) holds .*: rename it to (\S+)")
 
 
 class Case(NamedTuple):
@@ -134,9 +133,6 @@ CASES = {
     "no yaw rate": Case(f"offset drive.csv {OFFSET}", file("drive.csv", lambda rows: rows.drop("yaw_rate_rad_s"))),
     "two trucks": Case(f"offset drive.csv other.csv {OFFSET}", two_trucks),
     "a table of frames": Case("signals frames.csv", of_python_can),
-    "candump as .csv": Case("signals drive.csv", lambda: frames(drive(), name="drive.csv")),
-    "Parquet as .csv": Case("signals drive.csv", lambda: table().write_parquet("drive.csv")),
-    "candump as .asc": Case("signals drive.asc", lambda: frames(drive(), name="drive.asc")),
     "a misspelt log": Case(f"offset drvie.csv {OFFSET}", file("drive.csv", lambda rows: rows)),
     "a missing vehicle file": Case("offset drive.csv --vehicle volvo.toml", file("drive.csv", lambda rows: rows), 2),
     "no order": Case(f"compare a.csv b.csv {OFFSET}", undated),
@@ -174,9 +170,6 @@ def proposals(message: str, words: list[str]) -> Iterator[list[str]]:
             word for word in words if word not in ("offset", "--vehicle") and Path(word).suffix == Path(name).suffix
         )
         yield [name if word == wrong else word for word in words]
-    for log, name in _RENAMED_FILE.findall(message):
-        Path(log).rename(name)
-        yield [name if word == log else word for word in words]
     for column, names in _RENAMED.findall(message):
         for name in [each for each in names.split(" or ") if each.endswith(("_s", "_rad_s"))]:
             log = next(word for word in words if word.endswith(".csv"))

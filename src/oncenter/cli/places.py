@@ -11,7 +11,9 @@ from pathlib import Path
 from oncenter.cli.standard_input import STANDARD_INPUT
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.folder import OUTSIDE, files_below, is_bag_folder, is_log
-from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.log_formats import HEAD_BYTES, SUFFIXES, format_of_content
+from oncenter.files.other_files import other_kind
+from oncenter.files.regular_file import open_regular_file
 from oncenter.read.plugins import plugin_for
 
 _ENDINGS_SHOWN = 5
@@ -61,8 +63,9 @@ def logs_at(names: Sequence[str]) -> Places:
     below = list(files_below([os.fspath(folder) for folder in folders]))
     unlisted = tuple(_outside(path) if fault == OUTSIDE else _unlisted(path) for path, fault in below if fault)
     files = [path for path, fault in below if not fault]
-    found = sorted((Path(path) for path in files if is_log(os.path.basename(path))), key=_by_name)
-    skipped = [Path(path) for path in files if not is_log(os.path.basename(path))]
+    are_logs = {path: is_log(os.path.basename(path)) or _is_text_log(path) for path in files}
+    found = sorted((Path(path) for path, is_one in are_logs.items() if is_one), key=_by_name)
+    skipped = [Path(path) for path, is_one in are_logs.items() if not is_one]
     logs = [log for log in named if not _is_other_file(log)]
     skipped += [log for log in named if _is_other_file(log)]
     if not logs and not found:
@@ -80,7 +83,27 @@ def _by_name(path: Path) -> list[str | int]:
 
 def _is_other_file(path: Path) -> bool:
     is_file = path != STANDARD_INPUT and os.path.isfile(path)
-    return is_file and not path.name.lower().endswith(SUFFIXES) and plugin_for(path) is None
+    if not is_file or path.name.lower().endswith(SUFFIXES) or plugin_for(path) is not None:
+        return False
+    head = _head_of(path)
+    return bool(other_kind(head)) or format_of_content(head, path.name) is None
+
+
+def _is_text_log(path: str) -> bool:
+    """Whether a file of a folder with the usual ending of any text is a log by its content."""
+    if not path.lower().endswith(".txt"):
+        return False
+    found = format_of_content(_head_of(Path(path)), path)
+    return found is not None and found.suffixes[0] != ".csv"
+
+
+def _head_of(path: Path) -> bytes:
+    """The first bytes of a file; none of one that cannot be read, for which reading gives the reason."""
+    try:
+        with open_regular_file(path) as file:
+            return file.read(HEAD_BYTES)
+    except (OSError, ValueError):
+        return b""
 
 
 def _twice(named: Sequence[Path]) -> tuple[Path, ...]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.files.log_formats import FORMATS
+from oncenter.files.log_formats import format_of_content
 
 STANDARD_INPUT = Path("-")
 
@@ -39,7 +39,8 @@ def as_file(log: Path) -> Iterator[Path]:
 def _kept(given: BinaryIO, folder: Path) -> Path:
     try:
         first = given.read(1 << 16)
-        suffix = next((row.suffixes[0] for row in FORMATS if first.lstrip(b" ").startswith(row.begins)), ".csv")
+        found = format_of_content(first, ".csv")
+        suffix = ".csv" if found is None else found.suffixes[0]
         path = folder / f"standard input{suffix}"
         with path.open("wb") as file:
             file.write(first)

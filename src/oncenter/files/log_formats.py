@@ -6,6 +6,7 @@ Imports no reader, so that the command line starts fast.
 from __future__ import annotations
 
 import re
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
@@ -28,6 +29,8 @@ class Format:
         here: this process reads it, with this package's code and numpy; others a child process, which may crash.
         extra: the extra that reading needs.
         begins: the first bytes of each file; empty if they vary.
+        line: found among the first lines of each text of this format, and of no other one; None for a binary format,
+            and for a table.
         writer: of `oncenter simulate`, "module:function"; takes `BusFrames`, or for "columns" the table, and a path.
         writer_needs: the package that the writer imports.
         limits: what is not read, in a short sentence.
@@ -40,22 +43,46 @@ class Format:
     here: bool = False
     extra: str = ""
     begins: tuple[bytes, ...] = ()
+    line: re.Pattern[bytes] | None = None
     writer: str = ""
     writer_needs: str = ""
     limits: str = ""
 
+    def is_of(self, head: bytes, text: bytes) -> bool:
+        """
+        Args:
+            head: the first bytes of a file.
+            text: the same in UTF-8, if they are text.
+        """
+        return head.startswith(self.begins) if self.line is None else self.line.search(text) is not None
 
-_CANDUMP = re.compile(rb"\(\d+\.\d+\) \S+ [0-9A-Fa-f]{3,8}#")
+
+def _line(*kinds: bytes) -> re.Pattern[bytes]:
+    """A line of one of these kinds."""
+    return re.compile(rb"^[ \t]*(?:" + b"|".join(kinds) + b")", re.MULTILINE | re.IGNORECASE)
+
+
+HEAD_BYTES = 1 << 14  # of a file, by which its format is recognised
+_STAMP = rb"(?:\d+\.\d+|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+)"
+_CANDUMP = _line(rb"\(" + _STAMP + rb"\)[ \t]+\S+[ \t]+(?:[RT]X[ \t].*[ \t])?[0-9a-f]{3,8}(?:#|[ \t]+\[)")
+_ASC = _line(
+    rb"base +(?:hex|dec)\b",
+    rb"begin +triggerblock\b",
+    rb"\d+\.\d+ +\d+ +\S+ +[RT]x +[dr]\b",
+    rb"\d+\.\d+ +CANFD +\d+ +[RT]x ",
+)
+_TRC = _line(rb";\$FILEVERSION=", rb"\d+\) +\d+\.?\d* +(?:\d +)?(?:[RT]x +)?[0-9a-f]{4,8} ")
+_VBO = _line(rb"File created on \d", rb"\[column names\]")
 _READ, _WRITE = "oncenter.read.", "oncenter.simulate.write."
 
 FORMATS = (
     Format(
         (".log",), "candump", "frames", f"{_READ}candump:chunks", here=True,
-        begins=(b"(",), writer=f"{_WRITE}candump:write_candump",
+        line=_CANDUMP, writer=f"{_WRITE}candump:write_candump",
     ),
     Format(
         (".asc",), "Vector", "frames", f"{_READ}asc:chunks", here=True,
-        begins=(b"date ",), writer=f"{_WRITE}python_can:write_asc", writer_needs="can",
+        line=_ASC, writer=f"{_WRITE}python_can:write_asc", writer_needs="can",
     ),
     Format(
         (".blf",), "Vector", "frames", f"{_READ}blf:chunks", here=True,
@@ -63,7 +90,7 @@ FORMATS = (
     ),
     Format(
         (".trc",), "PEAK", "frames", f"{_READ}trc:chunks", here=True,
-        begins=(b";$FILEVERSION",), writer=f"{_WRITE}python_can:write_trc", writer_needs="can",
+        line=_TRC, writer=f"{_WRITE}python_can:write_trc", writer_needs="can",
     ),
     Format(
         (".mf4", ".mdf", ".dat"), "ASAM MDF 3 and 4; INCA calls MDF 3 `.dat`", "frames and channels",
@@ -79,7 +106,7 @@ FORMATS = (
         (".parquet",), "tables", "columns", f"{_READ}tabular:read_parquet",
         begins=(b"PAR1",), writer=f"{_WRITE}tabular:write_parquet",
     ),
-    Format((".vbo",), "Racelogic VBOX", "columns", f"{_READ}vbo:read", begins=(b"File created on ",)),
+    Format((".vbo",), "Racelogic VBOX", "columns", f"{_READ}vbo:read", line=_VBO),
     Format(
         (".mat",), "MATLAB, version 4 to 7.3", "variables", f"{_READ}mat:read", extra="mat", begins=(b"MATLAB ",),
         limits="objects are not read",
@@ -96,32 +123,65 @@ FORMATS = (
 )  # fmt: skip
 
 
+_TABLE = next(row for row in FORMATS if row.suffixes == (".csv",))
+
+
 def suffixes(*contents: str) -> tuple[str, ...]:
     """The suffixes of formats with one of these contents; without arguments of all formats."""
-    return tuple(suffix for row in FORMATS if not contents or row.content in contents for suffix in row.suffixes)
+    found = (suffix for row in FORMATS if not contents or row.content in contents for suffix in row.suffixes)
+    return tuple(dict.fromkeys(found))
 
 
 SUFFIXES = suffixes()
 OF_FRAMES = suffixes("frames", "frames and channels")
 OF_TABLES = suffixes("columns")
 OF_BAGS = suffixes("fields")
-READ_HERE = tuple(suffix for row in FORMATS if row.here for suffix in row.suffixes)
+READ_HERE = tuple(suffix for row in FORMATS if row.here for suffix in row.suffixes)  # usually
 WRITTEN = tuple(row.suffixes[0] for row in FORMATS if row.writer)
 
 
 def format_of(name: str) -> Format | None:
-    """The format of a file's name; None for an unknown one."""
+    """The usual format of files with this name; None for an unknown one."""
     return next((row for row in FORMATS if name.lower().endswith(row.suffixes)), None)
 
 
-def format_of_content(head: bytes) -> Format | None:
-    """The format of a file's first bytes, where they are of no other one; None for text of any kind."""
-    if _CANDUMP.match(head):
-        return FORMATS[0]
-    certain = (row for row in FORMATS if row.suffixes[0] not in (".asc", ".vbo", ".csv.gz"))  # begin with words
-    return next(
-        (row for row in certain if any(len(begin) > 3 and head.startswith(begin) for begin in row.begins)), None
-    )
+def format_of_content(head: bytes, name: str) -> Format | None:
+    """The format of a file: its first bytes decide, then the structure of its lines, then its name.
+
+    Args:
+        head: the first `HEAD_BYTES` of the file.
+        name: of the file. It also decides between formats to which the content belongs.
+    """
+    text = as_utf_8(head)
+    found = [row for row in FORMATS if row.is_of(head, text)]
+    named = [row for row in FORMATS if name.lower().endswith(row.suffixes)]
+    of_both = [row for row in found if row in named]
+    return next(iter([*of_both, *found, *named]), _TABLE if _has_columns(text) else None)
+
+
+def as_utf_8(head: bytes) -> bytes:
+    """The begin of a text, with line feeds."""
+    encoding = utf_16(head)
+    text = head.decode(encoding, "replace").encode() if encoding else head
+    return text.removeprefix(BOM_UTF8).replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+
+
+def utf_16(head: bytes) -> str:
+    """The encoding of a text that begins so if it is UTF-16, with or without a byte order mark; else ""."""
+    if head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        return "utf-16"
+    zeros = "".join("0" if byte == 0 else "1" for byte in head[:4])
+    return {"1010": "utf-16-le", "0101": "utf-16-be"}.get(zeros, "")
+
+
+def _has_columns(text: bytes) -> bool:
+    """Whether a text begins with the names of columns and a row as long."""
+    lines = [line for line in text.split(b"\n")[:20] if line.strip() and not line.startswith((b"#", b"sep="))]
+    if len(lines) < 3 or b"\0" in text:
+        return False
+    mark = max((b",", b";", b"\t"), key=lines[0].count)
+    counts = {line.count(mark) for line in lines[:3]}
+    return len(counts) == 1 and counts != {0}
 
 
 def imported(function: str) -> Callable[..., Any]:

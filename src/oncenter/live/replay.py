@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from pathlib import Path
 
@@ -14,6 +13,7 @@ from oncenter.live.snapshot import Dropped
 from oncenter.read import refuse_unreadable
 from oncenter.read.apart import frames
 from oncenter.read.frames import Frames, joined
+from oncenter.read.plugins import known_format
 from oncenter.read.set_back import HOLE_S
 
 SLOWEST, FASTEST = 1.0, 100.0
@@ -34,14 +34,14 @@ class Replay:
     def __init__(self, log: Path, speed: float) -> None:
         if not SLOWEST <= speed <= FASTEST:
             raise OncenterError(f"--speed must be 1 to 100, got {speed:g}", code="replay", exit_code=WRONG_USAGE)
-        if log.suffix.lower() not in OF_FRAMES and not os.path.isdir(log):
+        refuse_unreadable(log)
+        if known_format(log).content not in ("frames", "frames and channels"):
             raise OncenterError(
                 f"--replay takes a log of CAN frames ({' '.join(OF_FRAMES)}), got {log.name}: "
                 "for a table use oncenter offset",
                 code="replay",
                 exit_code=WRONG_USAGE,
             )
-        refuse_unreadable(log)
         self.name = str(log)
         self.notes: list[str] = []
         self.dropped = Dropped()

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
-from oncenter.files.log_formats import READ_HERE, SUFFIXES, format_of, format_of_content
+from oncenter.files.log_formats import SUFFIXES
 from oncenter.files.own_file import HEAD_BYTES, refuse_own_text
 from oncenter.files.regular_file import open_regular_file, refuse_sparse, refuse_what_is_no_regular_file
 from oncenter.read.plugins import known_format, plugin_for
@@ -61,11 +61,12 @@ def read(
     path = Path(path)
     if not os.path.isdir(path):  # without permission, Path.is_dir raises
         refuse_unreadable(path)
-    if not is_bag_folder(path) and (path.name.lower().endswith(SUFFIXES) or plugin_for(path) is None):
+    is_read_here = False
+    if not is_bag_folder(path) and plugin_for(path) is None:
         refuse_what_is_no_regular_file(path)
-        known_format(path)
+        is_read_here = known_format(path).here
     given = path, names or {}, dbc, take or {}, progress or (lambda fraction: None)
-    if path.name.lower().endswith(READ_HERE) and not dbc:
+    if is_read_here and not dbc:
         from oncenter.read.here import read_here
 
         return read_here(*given)
@@ -123,18 +124,6 @@ def _home(signal: str, in_columns: bool) -> str:
     return in_j1939 or "column " + " or ".join(possible_columns(signal))
 
 
-def _refuse_wrong_suffix(path: Path, head: bytes) -> None:
-    """A file whose first bytes are those of another format than its name says."""
-    named, held = format_of(path.name), format_of_content(head)
-    if named is None or held is None or named is held or (named.begins and head.startswith(named.begins)):
-        return
-    stem = path.name[: -len(next(suffix for suffix in named.suffixes if path.name.lower().endswith(suffix)))]
-    raise OncenterError(
-        f"{path.name} holds a log of another format, {held.origin}: rename it to {stem}{held.suffixes[0]}",
-        code="wrong_suffix",
-    )
-
-
 def refuse_unreadable(path: Path) -> None:
     """Refuses a folder, a device, a pipe, a file that cannot be opened, is empty or hardly written, and text that
     oncenter wrote."""
@@ -146,6 +135,5 @@ def refuse_unreadable(path: Path) -> None:
             if not head:
                 raise OncenterError(f"{path.name} is empty (0 bytes)", code="empty_log")
             refuse_own_text(path, head)
-            _refuse_wrong_suffix(path, head)
     except (OSError, ValueError) as error:
         raise cannot_read(path, error) from error

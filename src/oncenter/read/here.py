@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
-from oncenter.files.log_formats import OF_BAGS, OF_FRAMES, Format, imported
+from oncenter.files.log_formats import OF_BAGS, Format, format_of, imported
 from oncenter.read import dbc as databases
 from oncenter.read import identity, j1939
 from oncenter.read.as_signals import FrameCount, as_signals
@@ -21,7 +21,7 @@ from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.identity import NOT_STATED, Identity
 from oncenter.read.left_out import short_frames_notes
 from oncenter.read.mdf_comment import vin_in_header
-from oncenter.read.plugins import known_format, plugin_for, read_plugin
+from oncenter.read.plugins import known_format, plugin_for
 from oncenter.read.samples import Samples
 from oncenter.read.set_back import SetBack, frames_on_one_clock
 from oncenter.read.wording import cannot_read
@@ -44,13 +44,15 @@ def read_here(
     notes: list[str] = []
     before = path.stat()
     progress(0.0)
-    log_format = None if plugin is not None else known_format(Path(OF_BAGS[0]) if is_bag_folder(path) else path)
-    if log_format is not None and log_format.suffixes[0] in OF_FRAMES:
+    log_format = None if plugin is not None else _format_of_bags() if is_bag_folder(path) else known_format(path)
+    if log_format is not None and log_format.content in ("frames", "frames and channels"):
         bus = _from_bus(path, log_format, names, dbc, notes, progress)
         _note_a_change(path, before, notes)
         signals = as_signals(path, bus.candidates, take, notes, Identity(bus.vin), bus.frames, bus.set_back)
     else:
         if plugin is not None:
+            from oncenter.read.plugin_log import read_plugin  # late import of polars
+
             candidates, about = read_plugin(path, plugin, names, notes)
         else:
             assert log_format is not None
@@ -59,6 +61,12 @@ def read_here(
         signals = as_signals(path, candidates, take, notes, about)
     progress(1.0)
     return signals
+
+
+def _format_of_bags() -> Format:
+    found = format_of(OF_BAGS[0])
+    assert found is not None
+    return found
 
 
 def _note_a_change(path: Path, before: os.stat_result, notes: list[str]) -> None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from oncenter.errors import OncenterError
-from oncenter.files.log_formats import OF_FRAMES
 from oncenter.files.own_file import NOT_A_LOG
 from oncenter.read.frames import Wanted
 from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.identity import NOT_STATED, PGNS, Identity, assembled
 from oncenter.read.mdf_comment import vin_in_header
+from oncenter.read.plugins import known_format
 from oncenter.read.tabular import identity_of_table
 
 _TABLES = (".csv", ".csv.gz", ".parquet")
@@ -26,12 +27,11 @@ def identity_of(path: Path) -> Identity:
     Raises:
         OncenterError: "not_a_log": oncenter wrote the file.
     """
-    name = path.name.lower()
     try:
-        if name.endswith(_TABLES):
-            return identity_of_table(path)
-        if not name.endswith(OF_FRAMES):
-            return NOT_STATED
+        log_format = None if os.path.isdir(path) else known_format(path)
+        if log_format is None or log_format.content not in ("frames", "frames and channels"):
+            is_table = log_format is not None and log_format.suffixes[0] in _TABLES
+            return identity_of_table(path) if is_table else NOT_STATED
         frames = frames_of_log(path, [], lambda fraction: None, Wanted(PGNS))
         return Identity(assembled(frames) or vin_in_header(path))
     except OncenterError as error:

@@ -7,20 +7,18 @@ plug-in is loaded only when such a log is read, and never for a format that this
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
-from oncenter.files.log_formats import SUFFIXES, Format, format_of
-from oncenter.signals import SignalName
+from oncenter.files.log_formats import FORMATS, HEAD_BYTES, SUFFIXES, Format, format_of_content
+from oncenter.files.other_files import described, other_kind
+from oncenter.files.regular_file import open_regular_file
+from oncenter.read.wording import cannot_read
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
-
-    from oncenter.read.identity import Identity
-    from oncenter.read.samples import Samples
 
 GROUP = "oncenter.readers"
 
@@ -40,7 +38,7 @@ def plugin_for(path: Path) -> EntryPoint | None:
     longest = max(len(point.name) for point in having)
     first, *others = (point for point in having if len(point.name) == longest)
     if any(other.value != first.value for other in others):
-        packages = " and ".join(map(_called, (first, *others)))
+        packages = " and ".join(map(called, (first, *others)))
         raise OncenterError(f"{path.name} can be read by {packages}: uninstall all but one", code="plugin_ambiguous")
     return first
 
@@ -50,44 +48,27 @@ def suffixes_of_plugins() -> list[str]:
 
 
 def known_format(path: Path) -> Format:
-    """
+    """The format of a file, by its content before its name.
+
     Raises:
-        OncenterError: "unknown_format": this package does not read such files.
+        OncenterError: "unknown_format": this package does not read such files; "unreadable_log": it cannot be opened.
     """
-    found = format_of(path.name)
+    try:
+        with open_regular_file(path) as file:
+            head = file.read(HEAD_BYTES)
+    except (OSError, ValueError) as error:
+        raise cannot_read(path, error) from error
+    other = other_kind(head)
+    found = None if other else format_of_content(head, path.name)
     if found is not None:
         return found
+    tried = ", ".join(dict.fromkeys(row.origin for row in FORMATS))
     known = ", ".join((*SUFFIXES, *suffixes_of_plugins()))
     raise OncenterError(
-        f"cannot read {path.name or path}: unknown format; export the log as one of {known}",
+        f"cannot read {path.name or path}: it seems to be {other or described(head)}, and is none of the logs that "
+        f"oncenter recognises ({tried}); export the log as one of {known}",
         code="unknown_format",
     )
-
-
-def read_plugin(
-    path: Path, plugin: EntryPoint, names: Mapping[str, SignalName], notes: list[str]
-) -> tuple[list[Samples], Identity]:
-    """Signals of a log that a plug-in reads, and its truck, by the rules for CSV files.
-
-    Raises:
-        OncenterError: "plugin_failed": it raised, or returned no table; else as `oncenter.read` of a CSV file.
-    """
-    from oncenter.read.dataframe import NoTable, samples_of_frame
-
-    try:
-        frame: Any = plugin.load()(path)
-    except (Exception, SystemExit) as error:
-        first = (str(error).splitlines() or [""])[0][:200]
-        what = str(error) if isinstance(error, OncenterError) else f"{type(error).__name__}: {first}"
-        raise OncenterError(
-            f"cannot read {path.name}: {_called(plugin)} failed: {what}", code="plugin_failed"
-        ) from error
-    try:
-        return samples_of_frame(frame, path, names, notes)
-    except NoTable as wrong:
-        raise OncenterError(
-            f"cannot read {path.name}: {_called(plugin)} returned no usable table: {wrong}", code="plugin_failed"
-        ) from None
 
 
 def _installed() -> tuple[EntryPoint, ...]:
@@ -102,6 +83,6 @@ def _is_of(mark: str, path: Path, name: str) -> bool:
     return path.is_dir() and (path / mark).exists()
 
 
-def _called(plugin: EntryPoint) -> str:
+def called(plugin: EntryPoint) -> str:
     package = plugin.dist.name if plugin.dist is not None else plugin.module
     return f"the plug-in {package}"

@@ -27,6 +27,7 @@ from oncenter.read.identity import Identity, identity_of_columns, identity_of_me
 from oncenter.read.left_out import LeftOut
 from oncenter.read.numbers import in_si, numbers
 from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
+from oncenter.read.plugins import known_format
 from oncenter.read.samples import Samples, steps_of
 from oncenter.read.table_of_frames import refuse_frames
 from oncenter.read.time_column import seconds, time_column
@@ -109,10 +110,12 @@ def column_units(path: Path) -> dict[str, str]:
     Raises:
         OncenterError: as `read_csv` and `read_parquet`.
     """
-    name = path.name.lower()
-    if name.endswith(".parquet"):
+    if os.path.isdir(path):
+        return {}
+    reader = known_format(path).reader
+    if reader.endswith("read_parquet"):
         return dict.fromkeys(_opened_parquet(path)[1], "")
-    if not name.endswith((".csv", ".csv.gz")):
+    if not reader.endswith("read_csv"):
         return {}
     table = csv_table(path, [])
     return {column: table.units.get(column, "") for column in table.frame.columns}
@@ -124,7 +127,8 @@ def identity_of_table(path: Path) -> Identity:
     Raises:
         OncenterError: as `read_csv` and `read_parquet`.
     """
-    return _opened_parquet(path)[2] if path.name.lower().endswith(".parquet") else csv_table(path, []).identity
+    is_parquet = known_format(path).reader.endswith("read_parquet")
+    return _opened_parquet(path)[2] if is_parquet else csv_table(path, []).identity
 
 
 def _opened_parquet(path: Path) -> tuple[pl.LazyFrame, list[str], Identity]:

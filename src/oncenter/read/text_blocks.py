@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE, getincrementaldecoder
+from codecs import BOM_UTF8, getincrementaldecoder
 from collections.abc import Iterator
 from typing import BinaryIO, Protocol
+
+from oncenter.files.log_formats import utf_16
 
 BLOCK_BYTES = 1 << 20  # its columns fit into the cache
 _LONGEST_LINE_BYTES = 1 << 20
@@ -15,14 +17,6 @@ class Text(Protocol):
 
     def read(self, size: int, /) -> bytes:
         """The next bytes; empty at the end."""
-
-
-def utf_16(head: bytes) -> str:
-    """The encoding of a text that begins so if it is UTF-16, with or without a byte order mark; else ""."""
-    if head.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
-        return "utf-16"
-    zeros = "".join("0" if byte == 0 else "1" for byte in head[:4])
-    return {"1010": "utf-16-le", "0101": "utf-16-be"}.get(zeros, "")
 
 
 def utf_8(file: BinaryIO) -> Text:

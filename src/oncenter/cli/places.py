@@ -11,7 +11,7 @@ from pathlib import Path
 from oncenter.cli.standard_input import STANDARD_INPUT
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.folder import OUTSIDE, files_below, is_bag_folder, is_log
-from oncenter.files.log_formats import HEAD_BYTES, SUFFIXES, format_of_content
+from oncenter.files.log_formats import ANY_TEXT, HEAD_BYTES, SUFFIXES, format_of_content
 from oncenter.files.other_files import other_kind
 from oncenter.files.regular_file import open_regular_file
 from oncenter.read.plugins import plugin_for
@@ -91,7 +91,7 @@ def _is_other_file(path: Path) -> bool:
 
 def _is_text_log(path: str) -> bool:
     """Whether a file of a folder with the usual ending of any text is a log by its content."""
-    if not path.lower().endswith(".txt"):
+    if not path.lower().endswith(ANY_TEXT):
         return False
     found = format_of_content(_head_of(Path(path)), path)
     return found is not None and found.suffixes[0] != ".csv"

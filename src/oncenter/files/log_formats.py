@@ -20,7 +20,8 @@ class Format:
     """One format of logs.
 
     Attributes:
-        suffixes: of its files, in lower case; the first is the usual one.
+        suffixes: of its files, in lower case; the first is the usual one. Formats may share a suffix: the first row is
+            its usual format.
         origin: what writes it, for docs/formats.md.
         content: "frames", also with decoded "channels"; or what carries a signal's name.
         reader: "module:function". For "frames" it takes path, notes and progress, and yields `Frames`; for "frames and
@@ -73,6 +74,19 @@ _ASC = _line(
 )
 _TRC = _line(rb";\$FILEVERSION=", rb"\d+\) +\d+\.?\d* +(?:\d +)?(?:[RT]x +)?[0-9a-f]{4,8} ")
 _VBO = _line(rb"File created on \d", rb"\[column names\]")
+_CELL = rb"(?:[^\n]*[,;\t])?[ \"]*"  # cells before one
+_END = rb"[ \"]*\r?(?:[,;\t\n]|$)"
+_IDENTIFIER = (
+    rb"(?:can|msg|message|frame|arbitration|arb)?[ _]?(?:id|identifier|addr|address)[ _(\[]*(?:hex|dec)?[)\]]*"
+)
+_DATA = (
+    rb"(?:can|message|msg)?[ _]?(?:data|payload)[ _(\[]*(?:bytes|hex)?[)\]]*|(?:d|b|db|data|byte|data ?byte)[ _]?[01]"
+)
+_SIGNAL = rb"[^\n]*(?:steering_wheel_angle|yaw_rate|vehicle_speed|lateral_acceleration)_"
+FRAME_TABLE = _line(
+    rb"(?!" + _SIGNAL + rb")(?=" + _CELL + rb"(?:" + _IDENTIFIER + rb")" + _END + rb")"
+    rb"(?=" + _CELL + rb"(?:" + _DATA + rb")" + _END + rb")[^\n]*[,;\t]"
+)
 _READ, _WRITE = "oncenter.read.", "oncenter.simulate.write."
 
 FORMATS = (
@@ -106,6 +120,10 @@ FORMATS = (
         (".parquet",), "tables", "columns", f"{_READ}tabular:read_parquet",
         begins=(b"PAR1",), writer=f"{_WRITE}tabular:write_parquet",
     ),
+    Format(
+        (".csv", ".txt"), "SavvyCAN, CANedge, CLX000, python-can, Cabana, Kvaser",
+        "frames", f"{_READ}frame_table:chunks", line=FRAME_TABLE, limits="only with a header",
+    ),
     Format((".vbo",), "Racelogic VBOX", "columns", f"{_READ}vbo:read", line=_VBO),
     Format(
         (".mat",), "MATLAB, version 4 to 7.3", "variables", f"{_READ}mat:read", extra="mat", begins=(b"MATLAB ",),
@@ -126,10 +144,14 @@ FORMATS = (
 _TABLE = next(row for row in FORMATS if row.suffixes == (".csv",))
 
 
+ANY_TEXT = ".txt"  # suffix of logs and of other texts: only the content decides
+
+
 def suffixes(*contents: str) -> tuple[str, ...]:
-    """The suffixes of formats with one of these contents; without arguments of all formats."""
-    found = (suffix for row in FORMATS if not contents or row.content in contents for suffix in row.suffixes)
-    return tuple(dict.fromkeys(found))
+    """The suffixes whose usual format has one of these contents; without arguments all."""
+    usual = {suffix: row for row in reversed(FORMATS) for suffix in row.suffixes if suffix != ANY_TEXT}
+    listed = dict.fromkeys(suffix for row in FORMATS for suffix in row.suffixes if suffix in usual)
+    return tuple(suffix for suffix in listed if not contents or usual[suffix].content in contents)
 
 
 SUFFIXES = suffixes()
@@ -156,7 +178,8 @@ def format_of_content(head: bytes, name: str) -> Format | None:
     found = [row for row in FORMATS if row.is_of(head, text)]
     named = [row for row in FORMATS if name.lower().endswith(row.suffixes)]
     of_both = [row for row in found if row in named]
-    return next(iter([*of_both, *found, *named]), _TABLE if _has_columns(text) else None)
+    by_name = [row for row in named if ANY_TEXT not in row.suffixes]
+    return next(iter([*of_both, *found, *by_name]), _TABLE if _has_columns(text) else None)
 
 
 def as_utf_8(head: bytes) -> bytes:

@@ -13,7 +13,6 @@ _IDENTIFIER = re.compile(r"(can|msg|message|frame|arbitration)?(id|identifier)(h
 _DATA = re.compile(r"(can)?(data|payload)(bytes|hex)?")
 _BYTE = re.compile(r"(d|b|db|data|byte|databyte)\d")
 _BYTES_MIN = 4  # columns of single bytes
-_OF_PYTHON_CAN = {"timestamp", "arbitration_id", "extended", "remote", "error", "dlc", "data"}
 
 
 def refuse_frames(path: Path, columns: Sequence[str]) -> None:
@@ -28,9 +27,7 @@ def refuse_frames(path: Path, columns: Sequence[str]) -> None:
     data = whole or (single if len(single) >= _BYTES_MIN else [])
     if identifier is None or not data or any(name.startswith(tuple(SIGNALS)) for name in columns):
         return
-    how = "export the recording as .asc, .blf, .trc, .mf4 or .log (candump) with the program that wrote it"
-    if {*columns} >= _OF_PYTHON_CAN:
-        how = f"convert it with python-can: can_logconvert {path.name} {path.name.partition('.')[0]}.asc"
+    how = "export the recording as .csv, .asc, .blf, .trc, .mf4 or .log (candump) with the program that wrote it"
     raise OncenterError(
         f"{path.name} is a table of CAN frames (columns {identifier!r} and {data[0]!r}), not of signals: {how}",
         code="table_of_frames",

@@ -69,6 +69,25 @@ def test_the_content_decides_whatever_the_name(suffix: str) -> None:
             assert found is not None and found.suffixes[0] == suffix, (head, name)
 
 
+def test_formats_that_share_a_suffix_are_distinguished() -> None:
+    heads = {
+        "busmaster": (b"***BUSMASTER Ver 3.2.2***\n", b"11:49:12:9420 Rx 1 0x460 s 8 03 E0 00 00 C0 00 00 00\n"),
+        "canhacker": (
+            b"Time   ID     DLC Data                    Comment\n",
+            b"00,000 18EA0003 8 BE FE 00 00 FF FF FF FF \n",
+        ),
+        "frame_table": (
+            b"Time Stamp,ID,Extended,Bus,LEN,D1,D2\n",
+            b"# Logger type: CL2000\nTimestamp;Type;ID;Data\n",
+        ),
+    }
+    for reader, begins in heads.items():
+        for head in begins:
+            for name in ("drive.log", "drive.trc", "drive.csv", "drive.txt", "drive"):
+                found = format_of_content(head, name)
+                assert found is not None and found.reader == f"oncenter.read.{reader}:chunks", (head, name)
+
+
 @pytest.mark.parametrize("suffix", BEGINS)
 def test_the_name_decides_where_the_content_is_of_no_format(suffix: str) -> None:
     found = format_of_content(b"Nothing that a logger writes\n", f"drive{suffix}")

@@ -73,6 +73,8 @@ _ASC = _line(
     rb"\d+\.\d+ +CANFD +\d+ +[RT]x ",
 )
 _TRC = _line(rb";\$FILEVERSION=", rb"\d+\) +\d+\.?\d* +(?:\d +)?(?:[RT]x +)?[0-9a-f]{4,8} ")
+_BUSMASTER = _line(rb"-?\*\*\*BUSMASTER ", rb"\*\*\*<Time>", rb"\d+:\d+:\d+:\d+ +[RT]x +\d+ +(?:0x)?[0-9a-f]+ +[sx]r? ")
+_CANHACKER = _line(rb"Time +ID +DLC +Data", rb"\d+[.,]\d{3} +[0-9a-f]{3,8} +[0-8](?: +[0-9a-f]{2})*[ \t]*$")
 _VBO = _line(rb"File created on \d", rb"\[column names\]")
 _CELL = rb"(?:[^\n]*[,;\t])?[ \"]*"  # cells before one
 _END = rb"[ \"]*\r?(?:[,;\t\n]|$)"
@@ -106,6 +108,11 @@ FORMATS = (
         (".trc",), "PEAK", "frames", f"{_READ}trc:chunks", here=True,
         line=_TRC, writer=f"{_WRITE}python_can:write_trc", writer_needs="can",
     ),
+    Format(
+        (".log",), "BUSMASTER", "frames", f"{_READ}busmaster:chunks", here=True, line=_BUSMASTER,
+        limits="J1939 messages of more than 8 bytes are not read",
+    ),
+    Format((".trc",), "CANHacker", "frames", f"{_READ}canhacker:chunks", here=True, line=_CANHACKER),
     Format(
         (".mf4", ".mdf", ".dat"), "ASAM MDF 3 and 4; INCA calls MDF 3 `.dat`", "frames and channels",
         f"{_READ}mf4:read", extra="mf4",

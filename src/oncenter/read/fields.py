@@ -127,6 +127,17 @@ class Fields:
         frames = Frames(time, identifier, extended, data, length, bus)
         return Lines(self, is_frame, frames if good.all() else frames.where(good))
 
+    def clock(self, rows: Places, field: int) -> Column:
+        """Seconds of four fields: hours, minutes, seconds and the digits behind the point."""
+        hour, minute, second, digits = (self._whole(*self._field(rows, field + k))[0] for k in range(4))
+        begins, ends = self._field(rows, field + 3)
+        whole = hour * np.uint64(3600) + minute * np.uint64(60) + second
+        time: Column = whole.astype(np.float64) + digits.astype(np.float64) / 10.0 ** np.minimum(ends - begins, 16)
+        return time
+
+    def begins_with(self, rows: Places, field: int, letters: bytes) -> Flags:
+        return np.isin(self.characters[self._field(rows, field)[0]], np.frombuffer(letters, np.uint8))
+
     def _field(self, rows: Places, number: int) -> tuple[Places, Places]:
         at = self._first[rows] + number
         return self._before[at] + 1, self._last[at] + 1

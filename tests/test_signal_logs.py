@@ -429,12 +429,14 @@ def test_minutes_become_degrees_and_west_is_negative(tmp_path: Path) -> None:
     assert table["time_s"][0] == signal_logs.START_S
 
 
-def test_a_unit_is_that_of_the_channel_and_a_list_that_does_not_fit_is_not_used(tmp_path: Path) -> None:
+def test_a_unit_is_that_of_the_channel_and_the_last_unit_is_that_of_the_last_channel(tmp_path: Path) -> None:
     in_rad = read(vbo(tmp_path, lambda text: text.replace("deg/s\r\n", "rad/s\r\n"))).table["yaw_rate_rad_s"]
     assert in_rad.max() == pytest.approx(0.05 / DEGREE, rel=1e-3)
     without = read(vbo(tmp_path, lambda text: text.replace("deg\r\ndeg/s\r\ng\r\n", "deg/s\r\ng\r\n")))
-    assert any("2 [channel units]" in note for note in without.notes)
     assert without.table["yaw_rate_rad_s"].max() == pytest.approx(0.05, rel=1e-3)
+    wrong = read(vbo(tmp_path, lambda text: text.replace("deg\r\ndeg/s\r\ng\r\n", "g\r\ndeg\r\n")))
+    assert any("2 [channel units]" in note for note in wrong.notes)
+    assert wrong.table["yaw_rate_rad_s"].max() == pytest.approx(0.05, rel=1e-3)
     odd = read(vbo(tmp_path, lambda text: text.replace("deg\r\ndeg/s", "percent\r\ndeg/s")))
     assert "steering_wheel_angle" not in odd.sources and any("unit 'percent'" in note for note in odd.notes)
 
@@ -487,7 +489,7 @@ def test_cut_rows_are_left_out_with_a_note(tmp_path: Path) -> None:
     [
         (lambda text: text.split("[data]")[0], "has no [data]"),
         (lambda text: text.split("[data]")[0] + "[data]\r\n", "x.vbo has no rows"),
-        (lambda text: text.replace("[column names]", "[names]"), "has no [column names]"),
+        (lambda text: text.replace("[column names]", "[names]").replace("[header]", "[h]"), "has no [column names]"),
         (lambda text: text.replace("sats time", "sats when"), "no column 'time'"),
         (lambda text: text.replace("Y_Accel\r\n\r\n[data]", "Yaw_Rate\r\n\r\n[data]"), "two columns"),
         (lambda text: text.replace(" 120001.000 ", " 126101.000 "), "row 101 of x.vbo: '126101.000' is not a time"),

@@ -44,7 +44,7 @@ from oncenter.read.wording import ASSIGN_THEM, counted, damaged, reason_of
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 _POLARS_ERRORS = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
-_SECOND = "_duplicated_0"  # polars' suffix for a repeated column name
+SECOND = "_duplicated_0"  # polars' suffix for a repeated column name
 Wanted = tuple[str, str, float]  # column, signal, factor to SI with sign
 
 
@@ -206,7 +206,7 @@ def samples_of(
 ) -> list[Samples]:
     """Columns in SI."""
     for column in (when, *(column for column, _, _ in wanted), *parts_named(path, frame.columns, names)):
-        if column + _SECOND in frame.columns:
+        if column + SECOND in frame.columns:
             raise OncenterError(
                 f"two columns of {path.name} are called {column}: rename or delete one", code="ambiguous_column"
             )
@@ -300,10 +300,15 @@ def _has_content(frame: pl.DataFrame) -> list[pl.Expr]:
 
 
 def columns_of(
-    path: Path, columns: Sequence[str], names: Mapping[str, SignalName], units: Mapping[str, str], notes: list[str]
+    path: Path,
+    columns: Sequence[str],
+    names: Mapping[str, SignalName],
+    units: Mapping[str, str],
+    notes: list[str],
+    of_format: Sequence[Wanted] = (),
 ) -> list[Wanted]:
-    """The columns that are signals."""
-    wanted: list[Wanted] = []
+    """The columns that are signals; `of_format` are those that the format itself defines."""
+    wanted: list[Wanted] = list(of_format)
     for signal in SIGNALS:
         named = names.get(signal)
         if named is not None and named.name in columns:

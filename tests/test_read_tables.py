@@ -9,6 +9,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import polars as pl
 import pytest
 
@@ -33,9 +34,10 @@ def csv(*, header: str = HEADER, separator: str = ",", decimal: str = ".", end: 
     return end.join([header.replace(",", separator), *rows]) + end
 
 
-def with_time(head: str, time: Callable[[float], str]) -> str:
-    cells = [line.split(",", 1) for line in LINES]
-    return "\n".join([HEADER.replace("time_s", head), *(f"{time(float(t))},{rest}" for t, rest in cells)])
+def with_time(head: str, time: Callable[[float], str], separator: str = ",") -> str:
+    cells = [line.split(",") for line in LINES]
+    header = HEADER.replace("time_s", head).split(",")
+    return "\n".join(map(separator.join, [header, *([time(float(t)), *rest] for t, *rest in cells)]))
 
 
 def clock(of: str, since: datetime = NOON) -> Callable[[float], str]:
@@ -67,6 +69,31 @@ WAYS: dict[str, str | bytes] = {
     "ISO dates in UTC": with_time("timestamp", lambda t: clock("%Y-%m-%dT%H:%M:%S.%f")(t) + "Z"),
     "ISO dates of a zone": with_time("Time", lambda t: clock("%Y-%m-%d %H:%M:%S.%f")(t) + "+02:00"),
     "the time of day past midnight": with_time("time", clock("%H:%M:%S.%f", datetime(2024, 5, 1, 23, 59, 59))),
+    "German dates past midnight": with_time("time_s", clock("%d.%m.%Y %H:%M:%S.%f", datetime(2024, 5, 1, 23, 59, 59))),
+    "German dates with decimal commas": with_time("time_s", clock("%d.%m.%Y %H:%M:%S,%f"), ";"),
+    "American dates past midnight": with_time("time", clock("%m/%d/%Y %H:%M:%S.%f", datetime(2024, 5, 1, 23, 59, 59))),
+    "British dates past midnight": with_time("time", clock("%d/%m/%Y %H:%M:%S.%f", datetime(2024, 5, 1, 23, 59, 59))),
+    "American dates with am and pm": with_time("time", lambda t: f"05/01/2024 12:00:0{t:.3f} PM"),
+    "dates with the month's name": with_time("time", clock("%d-%b-%Y %H:%M:%S.%f")),
+    "dates of two digits": with_time("time", clock("%d.%m.%y %H:%M:%S.%f")),
+    "dates with slashes, the year first": with_time("time", clock("%Y/%m/%d %H:%M:%S.%f")),
+    "ISO dates with decimal commas": with_time("time_s", clock("%Y-%m-%d %H:%M:%S,%f"), ";"),
+    "the time of day with am and pm": with_time("time", lambda t: f"1:02:0{t:.3f} PM"),
+    "the time of day with milliseconds after a colon": with_time("time", lambda t: f"12:00:0{t:.3f}".replace(".", ":")),
+    "elapsed hours": with_time("time", lambda t: f"25:00:0{t:.3f}"),
+    "minutes and seconds as Excel shows them": with_time(
+        "time", lambda t: f"{59 if t < 1 else 0:02d}:{(59 + t) % 60:06.3f}"
+    ),
+    "days since 1900, as Excel counts": with_time("time", lambda t: f"{45413.5 + t / 86400:.12f}"),
+    "a unit in the name of the time": with_time("Time [ms]", lambda t: f"{1000 * t:.0f}"),
+    "a unit in round brackets": with_time("Zeit (s)", lambda t: f"{t:.2f}"),
+    "asammdf's times": with_time("timestamps", lambda t: f"{t:.2f}"),
+    "lines about the recording first": "Logger;L3\nStart;01.05.2024 12:00\nDriver;A, B\n\n"
+    + csv(separator=";", decimal=","),
+    "lines about the recording with separators": "Logger,L3,\nRate,100,Hz\n,,\n" + csv(header=HEADER + "\ns,deg,deg/s"),
+    "a line of text first": "Measurement of 1 May\n" + csv(separator="\t"),
+    "comments below the names, and units": csv(header=HEADER + "\nclock,angle of EPS,gyro\ns,deg,deg/s"),
+    "units below the names, and comments": csv(header=HEADER + "\ns,deg,deg/s\nclock,angle of EPS,gyro"),
 }
 
 
@@ -81,6 +108,21 @@ def test_every_way_of_writing_a_table_gives_the_same_drive(way: str, tmp_path: P
     assert np.allclose(since, TABLE["time_s"], atol=1e-6)
     assert np.allclose(signals.table["steering_wheel_angle_rad"], TABLE["steering_wheel_angle_deg"] * DEGREE, atol=1e-9)
     assert np.allclose(signals.table["yaw_rate_rad_s"], TABLE["yaw_rate_deg_s"] * DEGREE, atol=1e-9)
+
+
+@pytest.mark.parametrize("head", ["time", "time_d"])
+def test_days_of_matlab_s_calendar_are_times_since_1970(head: str, tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text(with_time(head, lambda t: f"{739373.5 + t / 86400:.12f}"))
+    assert read(tmp_path / "drive.csv").table["time_s"][0] == pytest.approx(NOON.timestamp(), abs=2e-5)
+
+
+@pytest.mark.parametrize("way", [way for way in WAYS if "dates" in way.lower() and "zone" not in way])
+def test_a_date_is_the_one_that_pandas_reads(way: str, tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text(str(WAYS[way]))
+    first = str(WAYS[way]).splitlines()[1].split(";" if "commas" in way else ",")[0].replace(",", ".")
+    day_first = not way.startswith(("ISO", "American")) and "year" not in way
+    expected = pd.to_datetime(first, dayfirst=day_first, utc=True).timestamp()
+    assert read(tmp_path / "drive.csv").table["time_s"][0] == pytest.approx(expected, abs=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -165,7 +207,12 @@ REFUSED: dict[str, tuple[str | bytes, str, str]] = {
         "ambiguous_column",
         "time_s",
     ),
-    "dates the other way round": (with_time("time_s", clock("%d.%m.%Y %H:%M:%S.%f")), "not_a_number", "01.05.2024"),
+    "a date that does not exist": (with_time("time_s", lambda t: "31.13.2024 12:00:00.0"), "not_a_time", "31.13.2024"),
+    "dates of two kinds": (
+        with_time("time_s", lambda t: clock("%d.%m.%Y %H:%M:%S.%f" if t < 1 else "%Y-%m-%d %H:%M:%S.%f")(t)),
+        "not_a_time",
+        "2024-05-01",
+    ),
     "noon": (with_time("time_s", lambda t: "noon" if t > 1 else clock("%H:%M:%S.%f")(t)), "not_a_time", "'noon'"),
     "whole seconds": (with_time("time_s", lambda t: clock("%H:%M:%S.%f")(t)[:8]), "time_backward", "does not increase"),
 }
@@ -247,3 +294,52 @@ def test_rows_that_each_hold_one_event_give_each_signal_its_own_rate(tmp_path: P
     at_ticks = np.interp(signals.table["time_s"], yaw["time_s"], yaw["yaw_rate_deg_s"]) * DEGREE
     inside = signals.table["time_s"].is_between(0.004, 1.98).to_numpy()
     assert np.allclose(signals.table["yaw_rate_rad_s"].to_numpy()[inside], at_ticks[inside], atol=1e-9)
+
+
+GROUPS = {  # the angle at 100 Hz, the yaw rate at 50 Hz and 2 ms later
+    "numbers": ("time_1", "time_2", {"time": SignalName("time_1", "s")}),
+    "units in the names": ("Time 1 [s]", "Time 2 [s]", {}),
+    "one name": ("time_s", "time_s", {}),
+    "names of [signals]": (
+        "Zeit EPS",
+        "Zeit ESP",
+        {
+            "steering_wheel_angle": SignalName("angle", "deg", time="Zeit EPS", time_unit="s"),
+            "yaw_rate": SignalName("rate", "deg/s", time="Zeit ESP", time_unit="s"),
+        },
+    ),
+}
+
+
+@pytest.mark.parametrize("way", GROUPS)
+def test_each_group_of_columns_has_its_time(way: str, tmp_path: Path) -> None:
+    one, other, names = GROUPS[way]
+    angle, rate = ("angle", "rate") if "yaw_rate" in names else ("steering_wheel_angle_deg", "yaw_rate_deg_s")
+    rows = [f"{one},{angle},{other},{rate}"]
+    for tick in range(ROWS):
+        late = f"{tick / 50 + 0.002:.3f},{tick}" if tick < ROWS // 2 else ","
+        rows.append(f"{tick / 100:.2f},{10 + tick},{late}")
+    (tmp_path / "drive.csv").write_text("\n".join(rows))
+    signals = read(tmp_path / "drive.csv", names=names)
+    assert {name: source.rate_hz for name, source in signals.sources.items()} == {
+        "steering_wheel_angle": pytest.approx(100.0),
+        "yaw_rate": pytest.approx(50.0),
+    }
+    time, table = signals.columns["time_s"], signals.columns
+    assert np.allclose(table["steering_wheel_angle_rad"] / DEGREE, 10 + 100 * time, atol=1e-6)
+    known = np.isfinite(table["yaw_rate_rad_s"])
+    assert np.allclose(table["yaw_rate_rad_s"][known] / DEGREE, 50 * (time[known] - 0.002), atol=1e-6)
+    assert signals.account is not None and "without_time" not in signals.account.file.left_out
+
+
+def test_columns_called_t_are_no_times_beside_a_time(tmp_path: Path) -> None:
+    rows = [f"{line.split(',')[0]},{line.split(',')[1]},20.5,{line.split(',')[2]},21" for line in LINES]
+    (tmp_path / "drive.csv").write_text("\n".join(["time_s,steering_wheel_angle_deg,T1,yaw_rate_deg_s,T2", *rows]))
+    assert read(tmp_path / "drive.csv").sources["yaw_rate"].rate_hz == 100.0
+
+
+def test_a_time_column_that_is_not_there_is_named(tmp_path: Path) -> None:
+    (tmp_path / "drive.csv").write_text(csv())
+    names = {"yaw_rate": SignalName("yaw_rate_deg_s", time="time_z")}
+    with pytest.raises(OncenterError, match=r"time = 'time_z' does not exist in drive.csv; did you mean time_s"):
+        read(tmp_path / "drive.csv", names=names)

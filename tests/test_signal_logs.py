@@ -18,6 +18,7 @@ import polars as pl
 import pytest
 import scipy.io
 import signal_logs
+from asammdf import MDF, Signal
 from drive_frames import truth
 from planted_faults import drive
 from rosbags.rosbag2 import StoragePlugin
@@ -204,6 +205,45 @@ def test_a_missing_variable_gives_the_most_similar_name(tmp_path: Path) -> None:
     said = str(refusal(log, {"yaw_rate": SignalName("log.YawRate", "deg/s")}))
     assert "[signals] names variable 'log.YawRate', which does not exist; did you mean log.YawRt" in said
     assert "'log.YawRt'" in said.split("its variables are")[1]
+
+
+@pytest.mark.parametrize(
+    ("variables", "names"),
+    [
+        ({"t_eps_s": T, "eps_angle": SWA, "t_esp_s": T[::2] + 0.002, "esp_rate": SWA[::2]}, {}),  # by names
+        ({"time_1_s": T, "angle_1": SWA, "time_2_s": T[::2] + 0.002, "rate_2": SWA[::2]}, {}),  # by numbers
+        ({"time_s": T, "angle": SWA, "t_slow_s": T[::2] + 0.002, "rate": SWA[::2]}, {}),  # by lengths
+        ({"time": T, "angle": SWA, "other": T[::2] + 0.002, "rate": SWA[::2]}, {"time": "other", "time_unit": "s"}),
+        ({"DGM0_timestamps": T, "DG0_angle": SWA, "DGM1_timestamps": T[::2] + 0.002, "DG1_rate": SWA[::2]}, {}),
+        ({"angle": np.column_stack((T, SWA)), "rate": np.column_stack((T[::2] + 0.002, SWA[::2]))}, {}),  # Vector's
+    ],
+)
+def test_each_group_of_vectors_has_its_time(
+    variables: dict[str, object], names: dict[str, str], tmp_path: Path
+) -> None:
+    angle, rate = (
+        next(name for name in variables if name.endswith(end) or end in name.split("_")) for end in ("angle", "rate")
+    )
+    entries = {"steering_wheel_angle": SignalName(angle, "rad"), "yaw_rate": SignalName(rate, "rad_s", **names)}
+    if names:
+        entries["time"] = SignalName("time", "s")
+    signals = read(mat(tmp_path, **variables), names=entries)
+    assert signals.sources["steering_wheel_angle"].rate_hz == pytest.approx(100.0)
+    assert signals.sources["yaw_rate"].rate_hz == pytest.approx(50.0)
+    time, found = signals.columns["time_s"], signals.columns["yaw_rate_rad_s"]
+    known = np.isfinite(found)
+    assert np.allclose(found[known], np.interp(time[known] - 0.002, T, SWA), atol=1e-3)
+
+
+def test_asammdf_s_export_to_mat_is_the_drive_with_its_own_names(tmp_path: Path) -> None:
+    with MDF() as mdf:
+        mdf.append([Signal(SWA, T, name="steering_wheel_angle_rad")])
+        mdf.append([Signal(SWA[::2], T[::2], name="yaw_rate_rad_s")])
+        mdf.export("mat", tmp_path / "x.mat", oned_as="column")
+    table = read(tmp_path / "x.mat").columns
+    assert np.allclose(table["steering_wheel_angle_rad"], SWA)
+    by_alias = {"yaw_rate": SignalName("DG1_yaw_rate_rad_s", "rad_s", sign=-1)}
+    assert np.allclose(read(tmp_path / "x.mat", names=by_alias).columns["yaw_rate_rad_s"][:100:2], -SWA[:100:2])
 
 
 @pytest.mark.parametrize(

@@ -101,7 +101,8 @@ class SignalName:
 
     `name` is the column, the MF4 channel, or `Message.Signal` of a DBC. `unit` is a key of the quantity's factors, or
     None for the file's own unit. `sign` is -1 where right is positive. `sign_by` is a signal that is not zero where a
-    magnitude is to the right, `plus` one that is added, both named as `name` and sent in the same message.
+    magnitude is to the right, `plus` one that is added, both named as `name` and sent in the same message. `time` is
+    the column or variable with its times, or the group that has them; `time_unit` is their unit.
     """
 
     name: str
@@ -109,6 +110,8 @@ class SignalName:
     sign: int = 1
     sign_by: str | None = None
     plus: str | None = None
+    time: str | None = None
+    time_unit: str | None = None
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,8 @@ class _SignalEntry(BaseModel):
     sign: Literal[1, -1] = 1
     sign_by: str | None = None
     plus: str | None = None
+    time: str | None = None
+    time_unit: str | None = None
 
 
 class Sensors(BaseModel):
@@ -153,8 +155,9 @@ class Vehicle(BaseModel):
             if name != "time" and name not in SIGNALS:
                 meant = did_you_mean(name, SIGNALS) or f"; the signals are time, {', '.join(SIGNALS)}"
                 raise ValueError(f"'{name}' is not a signal{meant}")
-            if name == "time" and (value[name].sign_by or value[name].plus):
-                raise ValueError("'time' has no 'sign_by' and no 'plus'")
+            for key in ("sign_by", "plus", "time", "time_unit") if name == "time" else ():
+                if getattr(value[name], key):
+                    raise ValueError(f"'time' has no '{key}'")
         return value
 
     @field_validator("dbc", mode="before")

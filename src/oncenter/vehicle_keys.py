@@ -331,7 +331,8 @@ TABLES: dict[str, Key] = {
             "Names by which this truck's logs call a signal, for logs that are not J1939 and whose columns do not end "
             "in a unit. By signal: `name` (column, channel, or Message.Signal of a database), `unit` (left out: the "
             "unit in the log or database), `sign` (-1 where right is positive), `sign_by` (the signal that has the "
-            "sign of a magnitude) and `plus` (the second part of a signal in two parts).",
+            "sign of a magnitude), `plus` (the second part of a signal in two parts), `time` (its time column or "
+            "group, where a log has several) and `time_unit`.",
             {"yaw_rate": {"name": "ESP.YawRate", "unit": "deg_s", "sign": 1}},
             where="`oncenter signals LOG` shows the signals that a log has; `oncenter vehicle new --log LOG --dbc "
             "FILE` proposes names.",
@@ -376,6 +377,20 @@ SIGNAL_ENTRY: dict[str, Key] = {
             "Where the signal comes in two parts: the other one, of the same message. It is added in its own unit.",
             "STEER_ANGLE_SENSOR.STEER_FRACTION",
             without="`name` is the whole signal",
+        ),
+        Key(
+            "time",
+            "Where a log has several times: the column or variable with the times of this signal, or the group or "
+            "struct that it is in.",
+            "time_2",
+            without="the time of its group, by names and lengths",
+        ),
+        Key(
+            "time_unit",
+            "Unit of that time: s, ms, us, ns, min, h or d.",
+            "ms",
+            choices=("s", "ms", "us", "ns", "min", "h", "d"),
+            without="the unit in its name, or that of `time`",
         ),
     )
 }

@@ -56,6 +56,7 @@ class Channel:
         content: gives its samples. Raises `NoSamples`.
         called: the format's word for it: "channel", "variable", "field".
         stamps: source of the time, for messages, if it is not the channel itself.
+        alias: another name of it in the file.
     """
 
     name: str
@@ -63,6 +64,15 @@ class Channel:
     content: Callable[[], Content]
     called: str = "channel"
     stamps: str = ""
+    alias: str = ""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return (self.name, self.full_name, *filter(None, (self.alias,)))
+
+    def has_time(self, time: str | None) -> bool:
+        """Whether its time is the variable of this name, or in the group of this name; any for None."""
+        return time is None or time in (self.label, self.stamps.partition(" ")[2])
 
     @property
     def full_name(self) -> str:
@@ -80,7 +90,7 @@ def with_parts(path: Path, channels: Sequence[Channel], names: Mapping[str, Sign
         return list(channels)
     whole = []
     for channel in channels:
-        found = entries.get(channel.full_name) or entries.get(channel.name)
+        found = next((entries[name] for name in channel.names[::-1] if name in entries), None)
         if found is None:
             whole.append(channel)
             continue
@@ -92,7 +102,7 @@ def with_parts(path: Path, channels: Sequence[Channel], names: Mapping[str, Sign
 
 def _part(path: Path, channels: Sequence[Channel], main: Channel, signal: str, key: str, name: str) -> Channel:
     """The channel of a part, from the group of the main one if that has it."""
-    having = [each for each in channels if name in (each.full_name, each.name)]
+    having = [each for each in channels if name in each.names]
     if not having:
         raise missing_part(signal, key, name, path.name, (each.full_name for each in channels))
     return next((each for each in having if each.label == main.label), having[0])
@@ -177,7 +187,7 @@ def _match(channel: Channel, signal: str, names: Mapping[str, SignalName]) -> tu
     """Whether `[signals]` names it, and the unit at the end of its name: "" if the name is the signal's alone, None for
     any other name."""
     entry = names.get(signal)
-    is_named = entry is not None and entry.name in (channel.name, channel.full_name)
+    is_named = entry is not None and entry.name in channel.names and channel.has_time(entry.time)
     suffix = unit_by_suffix(channel.name, factors(signal))
     if suffix is not None and channel.name == f"{signal}_{suffix}":
         return is_named, suffix
@@ -186,7 +196,7 @@ def _match(channel: Channel, signal: str, names: Mapping[str, SignalName]) -> tu
 
 def not_there(channels: Sequence[Channel], names: Mapping[str, SignalName], called: str) -> list[str]:
     """A note for each name in `[signals]` that no channel has."""
-    known = dict.fromkeys(name for channel in channels for name in (channel.full_name, channel.name))
+    known = dict.fromkeys(name for channel in channels for name in channel.names)
     full = [channel.full_name for channel in channels]
     return [
         f"{signal}: [signals] names {called} {entry.name!r}, which does not exist{did_you_mean(entry.name, full)}"

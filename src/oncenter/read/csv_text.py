@@ -15,11 +15,15 @@ import numpy.typing as npt
 
 from oncenter.errors import OncenterError
 from oncenter.read.left_out import CutOff
+from oncenter.read.units import is_unit
 from oncenter.read.wording import damaged, reason_of
 
 _SHORT_ROWS_SHARE = 0.01  # of the rows; more mean that the program leaves out empty cells, not damage
 _GZIP = b"\x1f\x8b"
 _QUOTED = re.compile(rb'"[^"]*"?')
+_HEAD_BYTES, _HEAD_LINES = 65_536, 200  # in which the names of the columns are looked for
+_ROWS_ALIKE = 3  # rows with the same number of cells that make a table
+_NUMBER = re.compile(r"\s*[+-]?[\d.,:/Ee+-]*\d[\d.,:/ Ee+-]*\s*")  # or a date, or a time
 _UTF_16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
@@ -140,6 +144,42 @@ def _from_header(data: bytes) -> bytes:
     while data:
         line, _, rest = data.partition(b"\n")
         if line.strip() and not line.startswith((b"#", b"sep=")):
-            return data
+            return _without_preamble(data)
         data = rest
     return data
+
+
+def _without_preamble(data: bytes) -> bytes:
+    """The data from the line with the names of the columns on: some programs write lines about the recording before.
+
+    This line has a name in each column, and all later lines have as many cells.
+    """
+    lines = data[:_HEAD_BYTES].split(b"\n")[:_HEAD_LINES]
+    if len(data) > _HEAD_BYTES:
+        lines.pop()  # may be cut
+    places = [place for place, line in enumerate(lines) if line.strip()]
+    rows = [lines[place] for place in places[-_ROWS_ALIKE:]]
+    counts = {mark: {_cells(row, mark) for row in rows} for mark in "\t;,"}
+    separator = next((mark for mark, found in counts.items() if len(found) == 1 and min(found) > 1), "")
+    if not separator or len(rows) < _ROWS_ALIKE:
+        return data
+    columns = min(counts[separator])
+    has_empty_end = rows[-1].rstrip(b"\r").endswith(separator.encode())
+    table = len(places)
+    while table and _cells(lines[places[table - 1]], separator) == columns:
+        table -= 1
+    for place in (places[0], *places[table:]):
+        if _is_header(lines[place], separator, columns - has_empty_end):
+            return data[sum(len(line) + 1 for line in lines[:place]) :]
+    return data
+
+
+def _is_header(line: bytes, separator: str, columns: int) -> bool:
+    """Whether each cell has a name except the first, which is empty above the numbers of rows."""
+    try:
+        cells = next(csv.reader([line.decode("latin-1").rstrip("\r")], delimiter=separator), [])
+    except csv.Error:
+        return False
+    names = [cell.strip() for cell in cells[1:columns]]
+    is_named = all(name and not _NUMBER.fullmatch(name) for name in names)
+    return len(names) == columns - 1 and is_named and sum(map(is_unit, cells)) < 2

@@ -6,12 +6,13 @@ A value in a struct is called `struct.field`. Versions 4 to 7 are read by scipy;
 from __future__ import annotations
 
 import io
+import re
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -35,10 +36,13 @@ from oncenter.read.mat_elements import check_elements
 from oncenter.read.mat_values import Budget, Opaque, Value
 from oncenter.read.samples import Samples
 from oncenter.read.time_column import seconds, time_column
+from oncenter.read.units import TIME, unit_by_suffix
 from oncenter.read.wording import damaged, reason_of
 from oncenter.signals import SignalName
 
 _HDF5 = b"\x89HDF\r\n\x1a\n"
+_OF_GROUP, _OF_GROUPS_TIME = re.compile(r"DG(\d+)_(.+)"), re.compile(r"DGM(\d+)_timestamps")  # as asammdf writes them
+_TIME_WORD = re.compile(r"(?:^|(?<=_))(?:time|timestamps?|zeit|t)(?=_|\d|$)|^DGM\d+_timestamps", re.IGNORECASE)
 _USER_BLOCK = 512  # bytes before HDF5 in what MATLAB writes
 _COLUMNS_MAX = 64  # of a matrix that is read as a table
 _HOW_TO_SAVE = (
@@ -199,8 +203,15 @@ class _Walk:
             yield from self._columns(outer, {name: fields["Data"]}, time, series)
             return
         nearest = self._time(label, fields) or around
+        vectors = _vectors(fields)
+        own = self._own_times(label, vectors, nearest)
+        for name, time in own.items():
+            yield from self._columns(label, {name: vectors[name]}, time)
+        others = {name: value for name, value in vectors.items() if name not in own}
         if nearest is not None:
-            yield from self._columns(label, _vectors(fields), nearest)
+            yield from self._columns(label, others, nearest)
+        else:
+            yield from _pairs(label, others)
         for name, value in fields.items():
             for place, struct in _structs(value):
                 yield from self.channels(_full(label, name) + place, struct, nearest)
@@ -211,7 +222,10 @@ class _Walk:
             for place, column in _columns_of(value, time.rows):
                 if _full(label, name) + place != time.name:
                     content = partial(_content, column, time, unit)
-                    yield Channel(name + place, label, content, "variable", f"variable {time.name}")
+                    of_group = _OF_GROUP.match(name)
+                    called = of_group[2] if of_group else name
+                    alias = _full(label, name) + place if of_group else ""
+                    yield Channel(called + place, label, content, "variable", f"variable {time.name}", alias)
 
     def _time(self, label: str, fields: Mapping[str, Value]) -> _Time | None:
         """The time among these fields, by the rules for CSV files; None without one."""
@@ -227,6 +241,86 @@ class _Walk:
         column = by_name[name]
         series = pl.Series(name, column.astype(np.float64))
         return _Time(_full(label, name), len(column), partial(seconds, self._path, series, names, None))
+
+    def _own_times(self, label: str, vectors: Mapping[str, Any], nearest: _Time | None) -> dict[str, _Time]:
+        """The times of vectors that have another one than the rest: as `[signals]` names it, by asammdf's groups, by
+        name (`t_can` for `can_angle`, `angle_t` for `angle`), or as the only one of the same length."""
+        times = _Times.among(vectors)
+        named = {each.name.removeprefix(f"{label}."): each for each in self._names.values() if each.time is not None}
+        found: dict[str, _Time] = {}
+        for name, value in vectors.items():
+            entry = named.get(name)
+            when = entry.time.removeprefix(f"{label}.") if entry is not None and entry.time is not None else ""
+            if entry is not None and when in vectors:
+                found[name] = self._time_of(label, when, vectors[when], entry.time_unit)
+            elif name not in times.stamps and (when := times.of(name, value, nearest)):
+                found[name] = self._time_of(label, when, vectors[when], None)
+        return found
+
+    def _time_of(self, label: str, name: str, value: Any, unit: str | None) -> _Time:
+        stamps = np.ravel(value).astype(np.float64)
+        if _OF_GROUPS_TIME.match(name):
+            return _Time(_full(label, name), len(stamps), lambda: stamps)
+        series = pl.Series(name, stamps)
+        unit = unit or unit_by_suffix(name, dict(TIME.factors))
+        common = self._names.get("time")
+        entry = SignalName(name, unit or (common.unit if common is not None else None))
+        return _Time(_full(label, name), len(stamps), partial(seconds, self._path, series, {"time": entry}, None))
+
+
+def _is_time(value: Any) -> bool:
+    stamps = np.ravel(value)
+    return stamps.dtype.kind in "iuf" and bool(np.all(np.diff(stamps.astype(np.float64)) >= 0.0))
+
+
+class _Times(NamedTuple):
+    """The vectors of a struct that may be times.
+
+    Attributes:
+        stamps: number of stamps, by name.
+        rests: by name the rest of the name, "can" for "t_can".
+        groups: name by asammdf's number of the group.
+    """
+
+    stamps: dict[str, int]
+    rests: dict[str, str]
+    groups: dict[str, str]
+
+    @classmethod
+    def among(cls, vectors: Mapping[str, Any]) -> _Times:
+        stamps = {name: each.size for name, each in vectors.items() if _TIME_WORD.search(name) and _is_time(each)}
+        rests = {name: _TIME_WORD.sub("", name).strip("_").lower() for name in stamps}
+        groups = {found[1]: name for name in stamps if (found := _OF_GROUPS_TIME.match(name))}
+        return cls(stamps, {name: rest for name, rest in rests.items() if rest}, groups)
+
+    def of(self, name: str, value: Any, nearest: _Time | None) -> str:
+        """The vector with the times of another one; empty for that of the struct."""
+        of_group = _OF_GROUP.match(name)
+        if of_group or not self.stamps:
+            return self.groups.get(of_group[1], "") if of_group else ""
+        rows = nearest.rows if nearest is not None else 0
+        size = len(_columns_of(value, rows)[0][1]) if _columns_of(value, rows) else 0
+        fitting = [each for each, stamps in self.stamps.items() if stamps == size]
+        related = [each for each in fitting if _are_related(name.lower(), self.rests.get(each, ""))]
+        if related:
+            return max(related, key=lambda each: len(self.rests[each]))
+        return fitting[0] if len(fitting) == 1 and size != rows else ""
+
+
+def _are_related(name: str, rest: str) -> bool:
+    """Whether the rest of a time's name is a part of another name: "can" of "can_angle", "2" of "angle2"."""
+    if rest.isdigit():
+        return name.endswith(rest) and not name.removesuffix(rest)[-1:].isdigit()
+    return bool(rest) and f"_{rest}_" in f"_{name}_"
+
+
+def _pairs(label: str, values: Mapping[str, Any]) -> Iterator[Channel]:
+    """Matrices of two columns without a time beside them: Vector's tools write each signal as times in s and values."""
+    for name, value in values.items():
+        if value.ndim == 2 and value.shape[1] == 2 and _is_time(value[:, 0]):
+            time = _of_seconds(f"{_full(label, name)}(:,1)", value[:, 0])
+            content = partial(_content, value[:, 1], time, "")
+            yield Channel(name, label, content, "variable", f"variable {time.name}")
 
 
 def _of_seconds(name: str, value: Any) -> _Time:

@@ -30,7 +30,7 @@ from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.plugins import known_format
 from oncenter.read.samples import Samples, steps_of
 from oncenter.read.table_of_frames import refuse_frames
-from oncenter.read.time_column import seconds, time_column
+from oncenter.read.time_column import seconds, time_column, times_of_groups
 from oncenter.read.units import (
     NOMINAL_WHEEL_RADIUS_M,
     factors,
@@ -44,6 +44,7 @@ from oncenter.read.wording import ASSIGN_THEM, counted, damaged, reason_of
 from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 _POLARS_ERRORS = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
+_ROWS_OF_WORDS = 4  # below the header, with units or comments
 SECOND = "_duplicated_0"  # polars' suffix for a repeated column name
 Wanted = tuple[str, str, float]  # column, signal, factor to SI with sign
 
@@ -62,8 +63,8 @@ def read_csv(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> t
     table = csv_table(path, notes)
     columns = table.frame.columns
     wanted = columns_of(path, columns, names, table.units, notes)
-    when = time_column(path, columns, names)
-    return samples_of(path, table.frame, when, wanted, names, table.units, notes), table.identity
+    times = _times(path, columns, names, wanted)
+    return _samples_by_time(path, table.frame, times, wanted, names, table.units, notes), table.identity
 
 
 def csv_table(path: Path, notes: list[str]) -> Table:
@@ -95,13 +96,13 @@ def read_parquet(path: Path, names: Mapping[str, SignalName], notes: list[str]) 
     """Signals of a `.parquet`, and its truck."""
     table, columns, identity = _opened_parquet(path)
     wanted = columns_of(path, columns, names, {}, notes)
-    when = time_column(path, columns, names)
-    needed = dict.fromkeys([when, *(column for column, _, _ in wanted), *parts_named(path, columns, names)])
+    times = _times(path, columns, names, wanted)
+    needed = dict.fromkeys([*times.values(), *times, *parts_named(path, columns, names)])
     try:
         frame = table.select(*needed).collect()
     except _POLARS_ERRORS as error:
         raise damaged(path.name, reason_of(error)) from error
-    return samples_of(path, frame, when, wanted, names, {}, notes), identity
+    return _samples_by_time(path, frame, times, wanted, names, {}, notes), identity
 
 
 def column_units(path: Path) -> dict[str, str]:
@@ -174,14 +175,16 @@ def _without_short_rows(path: Path, frame: pl.DataFrame, text: bytes, separator:
 
 
 def _without_units_row(frame: pl.DataFrame) -> tuple[pl.DataFrame, dict[str, str]]:
-    """Separates the row of units that some loggers write below the header: the other rows, and units by column."""
-    first = frame.head(1)
-    if not first.height or any(number is not None for number in first.cast(pl.Float64, strict=False).row(0)):
-        return frame, {}
-    units = {name: (cell or "").strip().strip("[]()") for name, cell in first.row(0, named=True).items()}
-    if sum(is_unit(unit) for unit in units.values()) < 2:
-        return frame, {}
-    return frame.slice(1), units
+    """Separates the row of units that some loggers write below the header, with rows of comments above and below: the
+    other rows, and units by column."""
+    head = frame.head(_ROWS_OF_WORDS)
+    numbered = head.select(pl.any_horizontal(pl.all().cast(pl.Float64, strict=False).is_not_null())).to_series()
+    for place in range(numbered.arg_max() or 0 if numbered.any() else head.height):
+        units = {name: (cell or "").strip().strip("[]()") for name, cell in head.row(place, named=True).items()}
+        if sum(is_unit(unit) for unit in units.values()) >= 2:
+            below = head.to_series(0).slice(place + 1).str.contains(r"\d").fill_null(True)
+            return frame.slice(place + 1 + (below.arg_max() or 0 if below.any() else 0)), units
+    return frame, {}
 
 
 def _with_decimal_points(frame: pl.DataFrame) -> pl.DataFrame:
@@ -195,6 +198,68 @@ def _unreadable(path: Path, error: BaseException) -> OncenterError:
     return OncenterError(f"cannot read {path.name}: {reason_of(error)}", code="unreadable_log")
 
 
+def _times(
+    path: Path, columns: Sequence[str], names: Mapping[str, SignalName], wanted: Sequence[Wanted]
+) -> dict[str, str]:
+    """The time column of each wanted column: as `[signals]` names it, of its group, or the table's.
+
+    Raises:
+        OncenterError: "missing_time": there is no such column.
+    """
+    groups = times_of_groups(columns, names)
+    times: dict[str, str] = {}
+    for column, signal, _ in wanted:
+        entry = names.get(signal)
+        if entry is None or entry.name != column or entry.time is None:
+            times[column] = groups.get(column) or time_column(path, columns, names)
+            continue
+        if entry.time not in columns:
+            raise missing_part(signal, "time", entry.time, path.name, columns)
+        times[column] = entry.time
+    return times
+
+
+def _samples_by_time(
+    path: Path,
+    frame: pl.DataFrame,
+    times: Mapping[str, str],
+    wanted: Sequence[Wanted],
+    names: Mapping[str, SignalName],
+    units: Mapping[str, str],
+    notes: list[str],
+) -> list[Samples]:
+    """Columns in SI, each with its time."""
+    whens = list(dict.fromkeys(times.values()))
+    if len(whens) == 1:
+        return samples_of(path, frame, whens[0], wanted, _with_time(names, times, whens[0]), units, notes)
+    given, short = [], None
+    parts = parts_named(path, frame.columns, names)
+    for when in whens:
+        own = [each for each in wanted if times[each[0]] == when]
+        group = frame.select(*dict.fromkeys([when, *(column for column, _, _ in own), *parts]))
+        try:
+            given += samples_of(
+                path, group, when, own, _with_time(names, times, when), units, notes, f"column by {when}"
+            )
+        except OncenterError as error:
+            if error.code != "too_short":
+                raise
+            short = error
+            notes += [
+                f"{signal}: column {column} left out: fewer than two rows have {when}" for column, signal, _ in own
+            ]
+    if short is not None and not given:
+        raise short
+    return given
+
+
+def _with_time(names: Mapping[str, SignalName], times: Mapping[str, str], when: str) -> Mapping[str, SignalName]:
+    """The names with the unit of a time that an entry gives."""
+    units = (entry.time_unit for entry in names.values() if times.get(entry.name) == when)
+    unit = next(filter(None, units), None)
+    return names if unit is None else {**names, "time": SignalName(when, unit)}
+
+
 def samples_of(
     path: Path,
     frame: pl.DataFrame,
@@ -203,8 +268,9 @@ def samples_of(
     names: Mapping[str, SignalName],
     units: Mapping[str, str],
     notes: list[str],
+    kind: str = "column",
 ) -> list[Samples]:
-    """Columns in SI."""
+    """Columns in SI, which all have the time of `when`."""
     for column in (when, *(column for column, _, _ in wanted), *parts_named(path, frame.columns, names)):
         if column + SECOND in frame.columns:
             raise OncenterError(
@@ -215,7 +281,7 @@ def samples_of(
     empty = len(time) - int(np.count_nonzero(stamped))
     if empty:
         filled = int(frame.filter(~stamped).select(pl.any_horizontal(_has_content(frame)).sum()).item())
-        if filled:
+        if filled and kind == "column":
             text = f"left out {counted(filled, 'row')} of {path.name} without a time"
             notes.append(LeftOut(text, "without_time", filled))
     time = time[stamped] if empty else time
@@ -244,7 +310,7 @@ def samples_of(
                 signal,
                 time,
                 values,
-                "column",
+                kind,
                 f"column {column}",
                 rank,
                 labels=labels,

@@ -377,6 +377,61 @@ def test_elements_of_sequences_are_named_by_their_index(tmp_path: Path) -> None:
     assert given.sources["steering_wheel_angle"].not_available == 1
 
 
+def _strings(folder: Path, change: Callable[[bytes], bytes] = bytes, **options: object) -> tuple[Path, np.ndarray]:
+    """A bag of ROS 1 whose messages have texts of 40 lengths before their number."""
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kind, of = "diagnostic_msgs/msg/KeyValue", store.types
+    own = get_types_from_msg("string name\nfloat64 angle\n", "own/msg/Named")
+    store.register(own)
+    values = np.sin(np.arange(400) / 50)
+    path = folder / "x.bag"
+    path.unlink(missing_ok=True)
+    writer = Writer(path)
+    if options:
+        writer.set_compression(**options)
+    with writer:
+        first = writer.add_connection("/angle", "own/msg/Named", typestore=store)
+        other = writer.add_connection("/text", kind, typestore=store)
+        for tick, value in enumerate(values):
+            ns = tick * 10_000_000
+            named = store.types["own/msg/Named"]("x" * (tick * 7 % 40), value)
+            writer.write(first, ns, bytes(store.serialize_ros1(named, "own/msg/Named")))
+            writer.write(other, ns, bytes(store.serialize_ros1(of[kind]("a", "b" * (tick % 5)), kind)))
+    path.write_bytes(change(path.read_bytes()))
+    return path, values
+
+
+@pytest.mark.parametrize("compression", [None, "bz2", "lz4"])
+def test_messages_with_texts_of_many_lengths_are_read_in_chunks(compression: str | None, tmp_path: Path) -> None:
+    from rosbags.rosbag1 import Writer
+
+    options = {} if compression is None else {"fmt": Writer.CompressionFormat[compression.upper()]}
+    path, values = _strings(tmp_path, **options)
+    found = read(path, names={"steering_wheel_angle": SignalName("/angle.angle", "rad")})
+    assert np.allclose(found.columns["steering_wheel_angle_rad"], values)
+
+
+def test_an_index_that_points_to_a_connection_leads_to_its_message_and_one_to_nothing_is_damage(tmp_path: Path) -> None:
+    names = {"steering_wheel_angle": SignalName("/angle.angle", "rad")}
+
+    def before(content: bytes) -> bytes:
+        """The first message's entry in the index of /angle points to the connection at the begin of the chunk."""
+        index = content.index(b"count=", content.index(b"op=\x04")) + 10
+        return content[: index + 12] + bytes(4) + content[index + 16 :]
+
+    path, values = _strings(tmp_path, before)
+    assert np.allclose(read(path, names=names).columns["steering_wheel_angle_rad"], values)
+    path, _ = _strings(tmp_path, lambda content: before(content)[:-1] + b"x")
+    content = path.read_bytes()
+    index = content.index(b"count=", content.index(b"op=\x04")) + 10
+    for offset in (b"\xff\xff\xff\x7f", b"\x05\0\0\0"):
+        path.write_bytes(content[: index + 12] + offset + content[index + 16 :])
+        assert refusal(path, names).code == "unreadable_log"
+
+
 def test_a_message_of_either_byte_order_is_decoded_as_rosbags_does_and_a_short_one_is_left_out() -> None:
     from rosbags.typesys import Stores, get_typestore
 
@@ -532,7 +587,7 @@ def test_cut_rows_are_left_out_with_a_note(tmp_path: Path) -> None:
         (lambda text: text.replace("[column names]", "[names]").replace("[header]", "[h]"), "has no [column names]"),
         (lambda text: text.replace("sats time", "sats when"), "no column 'time'"),
         (lambda text: text.replace("Y_Accel\r\n\r\n[data]", "Yaw_Rate\r\n\r\n[data]"), "two columns"),
-        (lambda text: text.replace(" 120001.000 ", " 126101.000 "), "row 101 of x.vbo: '126101.000' is not a time"),
+        (lambda text: text.replace(" 120001.000 ", " 126101.000 "), "row 101 of x.vbo: '126101.0' is not a time"),
         (lambda text: text.replace(" 123.45 ", " 12E.45 ", 1), "'12E.45' is not a number"),
     ],
 )
@@ -619,7 +674,7 @@ def test_light_formats_load_none_of_these_libraries(tmp_path: Path) -> None:
 def test_each_signals_table_of_the_page_about_formats_is_a_vehicle_files(tmp_path: Path) -> None:
     page = (Path(__file__).parents[1] / "docs" / "formats.md").read_text(encoding="utf-8")
     tables = re.findall(r"^```toml\n(.+?)^```", page, re.MULTILINE | re.DOTALL)
-    assert len(tables) == 5
+    assert len(tables) == 6
     for table in tables:
         (tmp_path / "truck.toml").write_text(VEHICLE + table)
         assert vehicle(tmp_path / "truck.toml").signal_names

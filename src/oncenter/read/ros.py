@@ -9,7 +9,6 @@ import math
 import os
 import re
 import sys
-from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -19,6 +18,7 @@ from typing import Any
 from urllib.parse import quote
 
 import numpy as np
+import numpy.typing as npt
 
 from oncenter.errors import OncenterError
 from oncenter.files.extra import require_package
@@ -37,11 +37,13 @@ from oncenter.read.channels import (
 )
 from oncenter.read.frames import Column
 from oncenter.read.parts import parts_of
-from oncenter.read.ros_messages import Field, Layout, NotDecoded, Types
+from oncenter.read.ros_batches import Batch, Places, at, bag_reader, batches, joined
+from oncenter.read.ros_messages import Field, Layout, NotDecoded, Plan, Types
 from oncenter.read.samples import Samples
 from oncenter.read.wording import counted, damaged, reason_of
 from oncenter.signals import SignalName
 
+_PLANS_MAX = 16  # layouts of a topic's messages that are compared; with more, each message is decoded alone
 _CLOCKS_AGREE_S = 5.0  # longer than the recorder's delay
 _ZSTD = b"\x28\xb5\x2f\xfd"
 _REMEDIES = {"not indexed": "repair it with: rosbag reindex", "end magic": "repair it with: mcap recover"}
@@ -54,7 +56,7 @@ class _Topic:
     Attributes:
         sources: connections, each with its reader.
         layout: None if its messages cannot be decoded; `why` gives the reason.
-        numbers: for each message the recorder's time in s, its stamp if it has one, and the wanted fields.
+        numbers: rows of messages, with the recorder's time in s, the stamp if they have one, and the wanted fields.
         damaged: number of messages that could not be decoded.
     """
 
@@ -63,7 +65,7 @@ class _Topic:
     sources: list[tuple[Any, Any]] = field(default_factory=list)
     layout: Layout | None = None
     why: str = ""
-    numbers: array[float] = field(default_factory=lambda: array("d"))
+    numbers: list[Column] = field(default_factory=list)
     damaged: int = 0
 
 
@@ -198,13 +200,12 @@ def _by_number(part: Path) -> list[str | int]:
 
 
 def _reader(part: Path, notes: list[str]) -> Any:
-    from rosbags.rosbag1 import Reader
     from rosbags.rosbag2.storage_mcap import McapReader
     from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 
     suffix = part.suffix.lower()
     if suffix == ".bag":
-        return Reader(part)
+        return bag_reader(part)
     if suffix == ".mcap":
         return McapReader(part)
     unsaved = Path(f"{part}-wal")
@@ -279,37 +280,86 @@ def _types(connection: Any) -> Types:
 
 def _gather(readers: Sequence[Any], wanted: Mapping[int, Sequence[Field]], topics: Sequence[_Topic]) -> None:
     """Reads each file once, and appends the wanted numbers to the topics."""
-    decoders: dict[int, Callable[[bytes], list[float]]] = {}
+    rows: dict[int, _Rows] = {}
     for topic in topics:
         assert topic.layout is not None
         stamps = [f"{topic.layout.stamp}.sec", f"{topic.layout.stamp}.nanosec"] if topic.layout.stamp else []
-        decoders[id(topic)] = topic.layout.decoder([*stamps, *(each.path for each in wanted[id(topic)])])
+        paths = [*stamps, *(each.path for each in wanted[id(topic)])]
+        rows[id(topic)] = _Rows(topic.layout.planner(paths), len(paths))
     for reader in readers:
         of_connection = {c.id: topic for topic in topics for owner, c in topic.sources if owner is reader}
         connections = [connection for connection in reader.connections if connection.id in of_connection]
         if not connections:
             continue
-        for connection, recorded_ns, message in reader.messages(connections):
-            topic = of_connection[connection.id]
+        for batch in batches(reader, connections):
+            topic = of_connection[batch.connection]
+            numbers, is_whole = rows[id(topic)].of(_unpacked(batch))
+            topic.damaged += int(np.count_nonzero(~is_whole))
+            topic.numbers.append(np.column_stack((batch.recorded_ns * 1e-9, numbers))[is_whole])
+
+
+class _Rows:
+    """The wanted numbers of a topic's messages."""
+
+    def __init__(self, plan_of: Callable[[bytes], Plan], count: int) -> None:
+        self._plan_of, self._count = plan_of, count
+        self._plans: list[Plan] = []  # the latest ones
+
+    def of(self, batch: Batch) -> tuple[Column, npt.NDArray[np.bool_]]:
+        """A row a message, and whether the message could be decoded."""
+        rows = np.full((len(batch.places), self._count), math.nan)
+        is_whole = np.ones(len(rows), np.bool_)
+        left = np.arange(len(rows))
+        for plan in self._plans:
+            left = _filled(plan, batch, rows, left)
+        planned = 0
+        while len(left):
+            first = int(left[0])
+            place = int(batch.places[first])
+            message = batch.raw[place : place + int(batch.sizes[first])]
             try:
-                row = decoders[id(topic)](_unpacked(message))
+                plan = self._plan_of(message)
             except NotDecoded:
-                topic.damaged += 1
+                is_whole[first], left = False, left[1:]
                 continue
-            topic.numbers.append(recorded_ns * 1e-9)
-            topic.numbers.extend(row)
+            if planned < _PLANS_MAX:
+                left = _filled(plan, batch, rows, left)
+                self._plans = [plan, *self._plans[: _PLANS_MAX - 1]]
+                planned += 1
+            else:  # each message has lengths of its own
+                rows[first], left = plan.row(message, self._count), left[1:]
+        return rows, is_whole
 
 
-def _unpacked(message: bytes) -> bytes:
-    """The message; ROS 2 may compress each one."""
-    if bytes(message[:4]) != _ZSTD:
-        return message
+def _filled(plan: Plan, batch: Batch, rows: Column, left: Places) -> Places:
+    """Fills the rows of the messages like the plan's; returns the places of the others in the batch."""
+    alike = batch.sizes[left] == plan.size
+    for place, form, value in plan.lengths:
+        alike[alike] = at(batch.raw, form)[batch.places[left[alike]] + place] == value
+    found = left[alike]
+    if len(found):
+        for slot, form, place in plan.numbers:
+            rows[found, slot] = at(batch.raw, form)[batch.places[found] + place]
+    others: Places = left[~alike]
+    return others
+
+
+def _unpacked(batch: Batch) -> Batch:
+    """The messages; ROS 2 may compress each one."""
+    is_packed = batch.sizes >= len(_ZSTD)
+    first = at(batch.raw, "<I")
+    is_packed[is_packed] = first[batch.places[is_packed]] == int.from_bytes(_ZSTD, "little")
+    if not is_packed.any():
+        return batch
     if sys.version_info >= (3, 14):
         from compression import zstd
     else:
         from backports import zstd
 
-    return bytes(zstd.decompress(message))
+    parts = zip(batch.places.tolist(), batch.sizes.tolist(), is_packed.tolist(), strict=True)
+    cut = ((batch.raw[place : place + size], packed) for place, size, packed in parts)
+    messages = [bytes(zstd.decompress(message)) if packed else message for message, packed in cut]
+    return joined(batch.connection, batch.recorded_ns, messages)
 
 
 def _columns(topic: _Topic, count: int) -> tuple[Column, str, Column]:
@@ -320,7 +370,7 @@ def _columns(topic: _Topic, count: int) -> tuple[Column, str, Column]:
     """
     assert topic.layout is not None
     before = 3 if topic.layout.stamp else 1
-    table = np.frombuffer(topic.numbers, np.float64).reshape(-1, before + count)
+    table = np.concatenate([np.empty((0, before + count)), *topic.numbers])
     recorded, values = table[:, 0], table[:, before:]
     time, clock = recorded, "time of recording"
     if topic.layout.stamp and len(table):

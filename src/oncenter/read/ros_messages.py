@@ -10,7 +10,7 @@ import math
 import re
 import struct
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 _EACH_MAX = 16  # arrays up to this length have one field per element
@@ -79,42 +79,83 @@ class Layout:
         first = _INDEX.sub("[0]", path)
         return any(path == field.path or first == field.path for field in self.fields)
 
-    def decoder(self, paths: Sequence[str]) -> Callable[[bytes], list[float]]:
-        """A function that decodes one message to the numbers at these paths, NaN where a sequence is too short.
+    def planner(self, paths: Sequence[str]) -> Callable[[bytes], Plan]:
+        """A function that finds the numbers at these paths in a message.
 
         It raises `NotDecoded` for a message that is shorter than its definition, or serialized in another way.
         """
         slots = {path: place for place, path in enumerate(paths)}
         steps = {order: _Compiler(self._types, self._aligned, order, slots).up_to_last(self._name) for order in "<>"}
 
-        def decode(message: bytes) -> list[float]:
-            row = [math.nan] * len(paths)
-            data, order, place = memoryview(message), "<", 0
+        def plan_of(message: bytes) -> Plan:
+            plan = Plan(len(message), 4 if self._aligned else 0)
+            data, order, place = memoryview(message)[plan.head :], "<", 0
             if self._aligned:
                 if len(message) < 4 or message[0] != 0 or message[1] > 1:
                     raise NotDecoded("is not serialized as plain CDR")
-                data, order = data[4:], "<" if message[1] else ">"
+                order = "<" if message[1] else ">"
+                plan.lengths.append((0, "<H", message[0] + 256 * message[1]))
             try:
                 for step in steps[order]:
-                    place = step.read(data, place, row)
+                    place = step.read(data, place, plan)
             except (struct.error, OverflowError):
                 raise NotDecoded("is shorter than its definition") from None
-            return row
+            return plan
 
-        return decode
+        return plan_of
+
+    def decoder(self, paths: Sequence[str]) -> Callable[[bytes], list[float]]:
+        """A function that decodes one message to the numbers at these paths, as `planner`."""
+        plan_of = self.planner(paths)
+        return lambda message: plan_of(message).row(message, len(paths))
+
+
+@dataclass
+class Plan:
+    """Where the numbers of a message are; also of each other message of the same size with the same lengths.
+
+    Attributes:
+        size: of the message.
+        head: bytes before the first field.
+        lengths: of texts and sequences, and what gives the order of bytes: place, format and value.
+        numbers: place in the row, `struct` format and place in the message; none where a sequence is too short.
+    """
+
+    size: int
+    head: int
+    lengths: list[tuple[int, str, int]] = field(default_factory=list)
+    numbers: list[tuple[int, str, int]] = field(default_factory=list)
+
+    def length(self, data: memoryview, form: str, place: int) -> int:
+        """Reads a length."""
+        (value,) = struct.unpack_from(form, data, place)
+        self.lengths.append((self.head + place, form, value))
+        return int(value)
+
+    def number(self, data: memoryview, slot: int, form: str, place: int) -> None:
+        if place + struct.calcsize(form) > len(data):
+            raise struct.error
+        self.numbers.append((slot, form, self.head + place))
+
+    def row(self, message: bytes, count: int) -> list[float]:
+        """The numbers, NaN where a sequence is too short."""
+        row = [math.nan] * count
+        for slot, form, place in self.numbers:
+            row[slot] = float(struct.unpack_from(form, message, place)[0])
+        return row
 
 
 class _Step:
     """Reads a part of a message.
 
     Attributes:
-        keeps: whether it writes a value into the row.
+        keeps: whether it finds a number for the row.
     """
 
     keeps = False
 
-    def read(self, data: memoryview, place: int, row: list[float]) -> int:
-        """Reads at `place`; returns the place after it.
+    def read(self, data: memoryview, place: int, plan: Plan) -> int:
+        """Reads at `place` and adds to the plan; returns the place after it.
 
         Raises:
             struct.error: the message ends within it.
@@ -124,50 +165,50 @@ class _Step:
 
 class _Number(_Step):
     def __init__(self, form: str, aligned: bool, slot: int | None) -> None:
-        self._number, self._slot, self.keeps = struct.Struct(form), slot, slot is not None
-        self._align = self._number.size if aligned else 1
+        self._form, self._size, self._slot, self.keeps = form, struct.calcsize(form), slot, slot is not None
+        self._align = self._size if aligned else 1
 
-    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+    def read(self, data: memoryview, place: int, plan: Plan) -> int:
         place += -place % self._align
         if self._slot is not None:
-            row[self._slot] = float(self._number.unpack_from(data, place)[0])
-        return place + self._number.size
+            plan.number(data, self._slot, self._form, place)
+        return place + self._size
 
 
 class _Skipped(_Step):
     def __init__(self, align: int, size: int) -> None:
         self._align, self._size = align, size
 
-    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+    def read(self, data: memoryview, place: int, plan: Plan) -> int:
         return place + -place % self._align + self._size
 
 
 class _Text(_Step):
     def __init__(self, order: str, aligned: bool) -> None:
-        self._length, self._align = struct.Struct(f"{order}I"), 4 if aligned else 1
+        self._length, self._align = f"{order}I", 4 if aligned else 1
 
-    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+    def read(self, data: memoryview, place: int, plan: Plan) -> int:
         place += -place % self._align
-        return int(place + 4 + self._length.unpack_from(data, place)[0])
+        return place + 4 + plan.length(data, self._length, place)
 
 
 class _Numbers(_Step):
     """A sequence of numbers; `slots` maps the indices to keep to places in the row."""
 
     def __init__(self, form: str, aligned: bool, slots: Mapping[int, int]) -> None:
-        self._length, self._number = struct.Struct(f"{form[0]}I"), struct.Struct(form)
+        self._length, self._form, self._size = f"{form[0]}I", form, struct.calcsize(form)
         self._aligned, self._slots, self.keeps = aligned, slots, bool(slots)
 
-    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+    def read(self, data: memoryview, place: int, plan: Plan) -> int:
         place += -place % 4 if self._aligned else 0
-        (count,) = self._length.unpack_from(data, place)
+        count = plan.length(data, self._length, place)
         place += 4
         if count and self._aligned:
-            place += -place % self._number.size
+            place += -place % self._size
         for index, slot in self._slots.items():
             if index < count:
-                row[slot] = float(self._number.unpack_from(data, place + index * self._number.size)[0])
-        return int(place + count * self._number.size)
+                plan.number(data, slot, self._form, place + index * self._size)
+        return place + count * self._size
 
 
 class _Repeated(_Step):
@@ -175,18 +216,18 @@ class _Repeated(_Step):
 
     def __init__(self, steps: Sequence[_Step], count: int | None, order: str, aligned: bool) -> None:
         self._steps, self._count = steps, count
-        self._length, self._align = struct.Struct(f"{order}I"), 4 if aligned else 1
+        self._length, self._align = f"{order}I", 4 if aligned else 1
 
-    def read(self, data: memoryview, place: int, row: list[float]) -> int:
+    def read(self, data: memoryview, place: int, plan: Plan) -> int:
         count = self._count
         if count is None:
             place += -place % self._align
-            count = self._length.unpack_from(data, place)[0]
+            count = plan.length(data, self._length, place)
             place += 4
         for _ in range(count):
             before = place
             for step in self._steps:
-                place = step.read(data, place, row)
+                place = step.read(data, place, plan)
             if place > len(data):
                 raise struct.error
             if place == before:  # empty elements

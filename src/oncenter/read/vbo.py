@@ -13,6 +13,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +32,6 @@ from oncenter.signals import SIGNALS, SignalName
 _HEADER, _UNITS, _NAMES = b"[header]", b"[channel units]", b"[column names]"
 _DATA = re.compile(rb"^\[data\][^\n]*\n?", re.IGNORECASE | re.MULTILINE)
 _CREATED = re.compile(rb"File created on (?:(\d\d)[/.](\d\d)[/.](\d{4})|(\d{4})-(\d\d)-(\d\d))")
-_IRREGULAR = (b"\t", b"  ", b" \n", b"\n ", b"\n\n")  # in rows
 _KM_H_PER = {"kmh": 1.0, "km/h": 1.0, "kph": 1.0, "mph": 1.609344, "m/s": 3.6, "mps": 3.6, "knots": 1.852, "kts": 1.852}
 _DAY_S = 86400.0
 _TIME = "time_s"
@@ -127,11 +127,13 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> tuple
 
 def _parted(path: Path) -> tuple[list[bytes], bytes]:
     """Lines before the rows, and the rows."""
-    content = path.read_bytes().removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    content = path.read_bytes().removeprefix(b"\xef\xbb\xbf")
+    if b"\n" not in content:
+        content = content.replace(b"\r", b"\n")
     mark = _DATA.search(content)
     if not mark:
         raise _unreadable(path, "it has no [data] section: the file is cut off or has another format")
-    return [line.strip() for line in content[: mark.start()].split(b"\n")], content[mark.end() :]
+    return [line.strip() for line in content[: mark.start()].split(b"\n")], content[mark.end() :].lstrip()
 
 
 def _described(path: Path, head: Sequence[bytes]) -> _File:
@@ -229,6 +231,7 @@ def _units_by_column(path: Path, file: _File, named: Mapping[str, SignalName], n
     return units | best
 
 
+@cache
 def _title(title: str) -> tuple[str, str]:
     """The plain name and the unit of a channel's title, "velocity kmh" or "Yaw rate (deg/s)"; "" without a unit."""
     name, _, last = title.strip().replace("(", " ").replace(")", "").rpartition(" ")
@@ -259,46 +262,50 @@ def _plain(name: str) -> str:
 
 
 def _rows(path: Path, body: bytes, columns: Sequence[str], notes: list[str]) -> pl.DataFrame:
-    """All cells as text. Rows with another number of cells are left out with a note."""
-    if any(mark in body for mark in _IRREGULAR):
-        ends = b"\n" if body.endswith(b"\n") else b""
-        body = b"\n".join(filter(None, (b" ".join(line.split()) for line in body.split(b"\n")))) + ends
+    """All cells as numbers, or as text if one is not. Rows with another number of cells are left out with a note."""
     if b"," in body:
         body = body.replace(b",", b".")
-    body = body.lstrip(b"\n")
     blanks = len(columns) - 1
     before, _, last = body.rpartition(b"\n")
-    if last and last.count(b" ") <= blanks:  # its last number may be cut and still look valid
-        body = before
+    if last.strip() and len(last.split()) <= len(columns):  # its last number may be cut and still look valid
+        body = before + b"\n"
         notes.append(CutOff(f"the last line of {path.name} is cut off and was left out", number=1))
-    frame = pl.DataFrame()
-    if body.partition(b"\n")[0].count(b" ") == blanks:
-        frame = _cells(path, body, columns)
-    if body.count(b" ") != blanks * frame.height or (frame.width and frame.to_series(blanks).null_count()):
-        lines = body.removesuffix(b"\n").split(b"\n")
+    frame = _cells(path, body, columns)
+    if not _is_whole(frame, body, blanks):
+        lines = [b" ".join(cells) for line in body.split(b"\n") if (cells := line.split())]
         whole = [line for line in lines if line.count(b" ") == blanks]
-        rows = counted(len(lines) - len(whole), "row")
-        text = f"left out {rows} of {path.name} without all {len(columns)} columns"
-        notes.append(LeftOut(text, "short_row", len(lines) - len(whole)))
-        frame = _cells(path, b"\n".join(whole), columns) if whole else pl.DataFrame()
+        if len(whole) < len(lines):
+            rows = counted(len(lines) - len(whole), "row")
+            text = f"left out {rows} of {path.name} without all {len(columns)} columns"
+            notes.append(LeftOut(text, "short_row", len(lines) - len(whole)))
+        frame = _cells(path, b"\n".join(whole), columns)
     if not frame.height:
         raise OncenterError(f"{path.name} has no rows", code="empty_log")
     return frame
 
 
+def _is_whole(frame: pl.DataFrame, body: bytes, blanks: int) -> bool:
+    """Whether each row has all cells, with one blank between two."""
+    return body.count(b" ") == blanks * frame.height and not frame[frame.columns[-1]].null_count()
+
+
 def _cells(path: Path, rows: bytes, columns: Sequence[str]) -> pl.DataFrame:
-    try:
-        return pl.read_csv(
-            rows,
-            separator=" ",
-            has_header=False,
-            schema=dict.fromkeys(columns, pl.String),
-            quote_char=None,
-            encoding="utf8-lossy",
-            truncate_ragged_lines=True,
-        )
-    except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError) as error:
-        raise _unreadable(path, (str(error).splitlines() or [type(error).__name__])[0]) from error
+    if rows.count(b" ", 0, rows.find(b"\n") % (len(rows) + 1)) != len(columns) - 1:
+        return pl.DataFrame(schema=dict.fromkeys(columns, pl.String))
+    for kind in (pl.Float64, pl.String):
+        try:
+            return pl.read_csv(
+                rows,
+                separator=" ",
+                has_header=False,
+                schema=dict.fromkeys(columns, kind),
+                quote_char=None,
+                encoding="utf8-lossy" if kind is pl.String else "utf8",
+                truncate_ragged_lines=True,
+            )
+        except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError) as error:
+            why = error
+    raise _unreadable(path, (str(why).splitlines() or [type(why).__name__])[0]) from why
 
 
 def _with_time(path: Path, frame: pl.DataFrame, midnight_s: float) -> pl.DataFrame:
@@ -307,13 +314,13 @@ def _with_time(path: Path, frame: pl.DataFrame, midnight_s: float) -> pl.DataFra
     if column is None:
         raise OncenterError(f"{path.name} has no column 'time'", code="missing_time", needs=("time_s",))
     text = frame[column]
-    stamp = numbers(path, text.str.replace_all(":", "", literal=True) if ":" in (text[0] or "") else text)
+    stamp = numbers(path, text.str.replace_all(":", "", literal=True) if ":" in str(text[0]) else text)
     hours, minutes, seconds = stamp // 10_000, stamp // 100 % 100, stamp % 100
     is_time = (stamp >= 0) & (hours < 24) & (minutes < 60) & (seconds < 61)
     if not is_time[np.isfinite(stamp)].all():
         row = int(np.argmax(~is_time & np.isfinite(stamp)))
         raise OncenterError(
-            f"column {column}, row {row + 1} of {path.name}: {text[row][:40]!r} is not a time hhmmss.ss",
+            f"column {column}, row {row + 1} of {path.name}: {str(text[row])[:40]!r} is not a time hhmmss.ss",
             code="not_a_time",
         )
     of_day = hours * 3600 + minutes * 60 + seconds

@@ -16,6 +16,7 @@ from oncenter.files.file_name import printable
 from oncenter.read import choose, clock
 from oncenter.read.frames import Column
 from oncenter.read.identity import NOT_STATED, Identity
+from oncenter.read.in_turn import in_turn
 from oncenter.read.left_out import counts_of, with_seconds
 from oncenter.read.samples import Samples
 from oncenter.read.set_back import SetBack
@@ -49,6 +50,7 @@ def as_signals(
     """
     counts = counts_of(notes)
     clock.refuse_time_out_of_range(candidates, path.name)
+    candidates = in_turn(candidates, take, notes)
     chosen, sources = choose.choose(candidates, take, path.name, notes)
     if not chosen:
         raise OncenterError(

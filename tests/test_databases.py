@@ -13,7 +13,7 @@ from test_mutated_files import one_line
 
 import oncenter as oc
 from oncenter.errors import OncenterError
-from oncenter.read.database_file import messages_of
+from oncenter.read.database_file import read_database
 
 UNITS = ("deg", "deg/s", "km/h", "m/s^2")
 LAYOUTS = (  # message, identifier, signal, first bit, factor, unit
@@ -154,7 +154,7 @@ HARM = {
 def test_a_document_type_is_refused_before_entities_are_expanded(name: str, encoding: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(HARM[name], encoding=encoding)
     with pytest.raises(OncenterError, match=rf"^the database {name} has a document type \(<!DOCTYPE>\)") as refused:
-        messages_of(tmp_path / name)
+        read_database(tmp_path / name)
     assert (refused.value.code, refused.value.exit_code) == ("bad_dbc", 2)
 
 
@@ -172,7 +172,7 @@ def test_an_endless_database_is_refused_in_one_line(tmp_path: Path) -> None:
         assert text not in (as_kind("kcd"), as_kind("sym"), arxml()), name
         (tmp_path / name).write_text(text, encoding="utf-8")
         with pytest.raises(OncenterError) as refused:
-            messages_of(tmp_path / name)
+            read_database(tmp_path / name)
         assert one_line(refused.value) and f"database {name}" in str(refused.value), str(refused.value)
 
 
@@ -183,7 +183,7 @@ def test_a_mutated_database_is_read_or_refused_in_one_line(kind: str, tmp_path: 
         file = tmp_path / f"seed{seed}.{kind}"
         file.write_bytes(mutated(original, seed))
         try:
-            taken += bool(messages_of(file))
+            taken += bool(read_database(file).messages)
         except OncenterError as refused:
             assert one_line(refused), (seed, refused)
     assert taken

@@ -103,8 +103,8 @@ def test_a_dbc_is_parsed_once_for_many_logs_and_again_when_it_changed(
     desk: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     parsed = []
-    messages = dbc.messages_of
-    monkeypatch.setattr(dbc, "messages_of", lambda path: parsed.append(path) or messages(path))
+    database = dbc.read_database
+    monkeypatch.setattr(dbc, "read_database", lambda path: parsed.append(path) or database(path))
     file, names = desk / "trucks" / "dbc" / "own.dbc", oc.vehicle("../trucks/own.toml").signal_names
     for _ in range(3):
         (found,) = dbc.definitions([file], names, [])

@@ -10,7 +10,9 @@ import codecs
 import logging
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 from xml.parsers import expat
@@ -19,6 +21,9 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.file_name import printable
 from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
+from oncenter.read.database_outlines import outline_of_arxml, outline_of_kcd, outline_of_sym
+from oncenter.read.database_parts import BITS_MAX, Loading, NotRead, Outline
+from oncenter.read.dbc_statements import outline_of_dbc
 from oncenter.read.wording import reason_of
 
 if TYPE_CHECKING:
@@ -28,19 +33,13 @@ if TYPE_CHECKING:
 
 _XML = ("kcd", "arxml")
 _BYTES_MAX = 16 << 20  # J1939's whole digital annex has five million
-_BITS_MAX = 1 << 16  # of a message; J1939's longest by its usual transport protocol has 14,280
-_RANGES_MAX = 1 << 20  # multiplexer values of a whole file
+_LISTED_MAX = 4  # parts that cannot be read, in a note
 _DEPTH_MAX = 200  # of nested elements; AUTOSAR's own are some 20 deep
 _IDENTIFIERS_MAX = 1 << 12  # of one message of SYM
 
 _QUOTED = re.compile(r': "[^"]*>>!<<.*', re.DOTALL)  # the place of cantools' syntax errors
 _NOT_READ = re.compile(r'"(?:\\"|[^"])*"|//[^\n]*')  # strings and comments
-_LONG_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\d{19}|\.?\d*[eE][-+]?\d{4})")
-_PLACE = re.compile(r":\s*([-+]?\d+)\s*\|\s*([-+]?\d+)")  # first bit and length of a signal
-_MESSAGE_LENGTH = re.compile(r"\bBO_\s+\d+\s+\w+\s*:\s*(\d+)")
-_RANGES = re.compile(r"\bSG_MUL_VAL_\b[^;]*")
-_RANGE = re.compile(r"(\d+)\s*[-+]\s*(\d+)")
-
+_LONG_NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\d{399}|\.?\d*[eE][-+]?\d{4})")
 _SYM_PLACES = re.compile(r"^\s*(?:Sig|Var|Mux|Len|DLC)\s*=[^/\n]*", re.MULTILINE)
 _SYM_NUMBER = re.compile(r"(?<![\w.])\d+(?![\w.])")
 _SYM_IDENTIFIERS = re.compile(r"\bID\s*=\s*([0-9A-Fa-f]+)h\s*-\s*([0-9A-Fa-f]+)h")
@@ -49,17 +48,22 @@ _LINEAR = ("LINEAR", "SCALE_LINEAR_AND_TEXTTABLE", "TEXTTABLE", "IDENTICAL", "BI
 _XML_BITS = ("offset", "length", "LENGTH", "POSITION")  # attributes of KCD, and endings of ARXML element names
 
 
-def messages_of(path: Path) -> list[Message]:
-    """Its messages, at least one.
+@dataclass(frozen=True)
+class Database:
+    """The messages of a database, at least one, and its parts that cannot be read."""
+
+    messages: list[Message]
+    not_read: list[NotRead]
+
+
+def read_database(path: Path) -> Database:
+    """All of a database that can be read.
 
     Raises:
-        OncenterError: "bad_dbc", exit code 2: it cannot be read, has another format, or is hostile; "missing_extra":
-            cantools is not installed.
+        OncenterError: "bad_dbc", exit code 2: no message can be read, the file has another format, or is hostile;
+            "missing_extra": cantools is not installed.
     """
     require_package("cantools", f"the database {path.name}")
-    from cantools.database import load_string
-    from cantools.database.can import Database
-
     kind = _kind(path)
     text = _text(path)
     _REFUSALS[kind](text, path.name)
@@ -67,16 +71,36 @@ def messages_of(path: Path) -> list[Message]:
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)  # else it logs its own lines, as for two messages of one name
     try:
-        database = load_string(text, database_format=kind, strict=False)
-    except Exception as error:  # cantools raises key, value and attribute errors for broken files
-        raise _bad(f"cannot read the database {path.name}: {_without_content(reason_of(error))}") from error
+        outline = _OUTLINES[kind](text)
+        loading = Loading(outline, partial(_loaded, kind), _without_content)
+        messages = loading.messages()
+    except Exception as error:  # of an XML parser
+        raise bad_database(f"cannot read the database {path.name}: {_without_content(reason_of(error))}") from error
     finally:
         logger.setLevel(level)
-    if not isinstance(database, Database) or not database.messages:
-        raise _bad(f"the database {path.name} has no messages: give a file that describes CAN messages")
+    not_read = [*loading.not_read, *outline.not_read]
+    if not messages and not_read:
+        raise bad_database(f"cannot read the database {path.name}: {not_read_note(not_read)}")
+    if not messages:
+        raise bad_database(f"the database {path.name} has no messages: give a file that describes CAN messages")
     if kind == "arxml":
-        _mark_unread_conversions(text, database.messages)
-    return database.messages
+        _mark_unread_conversions(text, messages)
+    return Database(messages, not_read)
+
+
+def not_read_note(not_read: Sequence[NotRead]) -> str:
+    """The parts by name, those of messages and signals first."""
+    in_order = sorted(not_read, key=lambda each: not each.inside)
+    more = len(in_order) - _LISTED_MAX
+    return printable(", ".join(map(str, in_order[:_LISTED_MAX])) + (f" and {more} more" if more > 0 else ""))
+
+
+def _loaded(kind: str, text: str) -> list[Message]:
+    from cantools.database import load_string
+    from cantools.database.can import Database as OfCantools
+
+    database = load_string(text, database_format=kind, strict=False)
+    return list(database.messages) if isinstance(database, OfCantools) else []
 
 
 def _without_content(reason: str) -> str:
@@ -144,9 +168,9 @@ def _text(path: Path) -> str:
     try:
         content = read_regular_file(path, _BYTES_MAX)
     except OSError as error:
-        raise _bad(f"cannot read the database {path.name}: {error.strerror}") from None
+        raise bad_database(f"cannot read the database {path.name}: {error.strerror}") from None
     if not content:
-        raise _bad(f"{path.name} is empty: give a DBC, KCD, SYM or ARXML file")
+        raise bad_database(f"{path.name} is empty: give a DBC, KCD, SYM or ARXML file")
     return _decoded(content).replace("\r\n", "\n").replace("\r", "\n")
 
 
@@ -160,27 +184,15 @@ def _decoded(content: bytes) -> str:
         return content.decode("cp1252", "replace")
 
 
-def _refuse_absurd_dbc(text: str, name: str) -> None:
-    """Cantools allocates lists as long as a first bit or a multiplexer's range, and integers of any exponent."""
-    bare = _NOT_READ.sub(" ", text)
-    if _LONG_NUMBER.search(bare):
-        raise _bad(f"the database {name} has a number with too many digits")
-    places = [int(number) for pair in _PLACE.findall(bare) for number in pair]
-    lengths = [8 * int(number) for number in _MESSAGE_LENGTH.findall(bare)]
-    _refuse_bits(name, (*places, *lengths))
-    ranges = [pair for statement in _RANGES.findall(bare) for pair in _RANGE.findall(statement)]
-    if sum(max(0, int(high) - int(low)) for low, high in ranges) > _RANGES_MAX:
-        raise _bad(f"the database {name} has multiplexers of more than {_RANGES_MAX} values")
-
-
 def _refuse_absurd_sym(text: str, name: str) -> None:
-    """Refuses absurd sizes as for DBC; also, cantools makes a message for each identifier of a range."""
+    """Cantools allocates lists as long as a first bit, integers of any exponent, and a message for each identifier of a
+    range."""
     bare = _NOT_READ.sub(" ", text)
     if _LONG_NUMBER.search(bare):
-        raise _bad(f"the database {name} has a number with too many digits")
+        raise bad_database(f"the database {name} has a number with too many digits")
     _refuse_bits(name, [int(number) for line in _SYM_PLACES.findall(bare) for number in _SYM_NUMBER.findall(line)])
     if any(int(high, 16) - int(low, 16) > _IDENTIFIERS_MAX for low, high in _SYM_IDENTIFIERS.findall(bare)):
-        raise _bad(f"the database {name} has a message of more than {_IDENTIFIERS_MAX} identifiers")
+        raise bad_database(f"the database {name} has a message of more than {_IDENTIFIERS_MAX} identifiers")
 
 
 def _refuse_absurd_xml(text: str, name: str) -> None:
@@ -191,12 +203,14 @@ def _refuse_absurd_xml(text: str, name: str) -> None:
     bits: list[int] = []
 
     def refuse_document_type(*given: object) -> None:
-        raise _bad(f"the database {name} has a document type (<!DOCTYPE>), which is not allowed: delete that line")
+        raise bad_database(
+            f"the database {name} has a document type (<!DOCTYPE>), which is not allowed: delete that line"
+        )
 
     def begin(element: str, attributes: Mapping[str, str]) -> None:
         open_elements.append(element.rpartition(":")[2])
         if len(open_elements) > _DEPTH_MAX:
-            raise _bad(f"the database {name} nests elements deeper than {_DEPTH_MAX} levels")
+            raise bad_database(f"the database {name} nests elements deeper than {_DEPTH_MAX} levels")
         bits.extend(_whole(attributes[key]) for key in attributes if key in _XML_BITS)
 
     def text_in(given: str) -> None:
@@ -210,7 +224,7 @@ def _refuse_absurd_xml(text: str, name: str) -> None:
     try:
         parser.Parse(text, True)
     except expat.ExpatError as error:
-        raise _bad(f"cannot read the database {name}: {error}") from None
+        raise bad_database(f"cannot read the database {name}: {error}") from None
     _refuse_bits(name, bits)
 
 
@@ -218,23 +232,29 @@ def _whole(text: str) -> int:
     """The number in a text, also 0x10 and 1e3 as in ARXML; 0 where there is none: cantools reports it."""
     written = text.strip()
     try:
-        return int(written, 16) if written.lower().startswith("0x") else min(int(float(written)), _BITS_MAX + 1)
+        return int(written, 16) if written.lower().startswith("0x") else min(int(float(written)), BITS_MAX + 1)
     except (ValueError, OverflowError):
-        return 0 if "inf" not in written.lower() else _BITS_MAX + 1
+        return 0 if "inf" not in written.lower() else BITS_MAX + 1
 
 
 def _refuse_bits(name: str, places: Iterable[int]) -> None:
-    if any(abs(number) > _BITS_MAX for number in places):
-        raise _bad(f"the database {name} has a signal or a message of more than {_BITS_MAX} bits")
+    if any(abs(number) > BITS_MAX for number in places):
+        raise bad_database(f"the database {name} has a signal or a message of more than {BITS_MAX} bits")
 
 
+_OUTLINES: dict[str, Callable[[str], Outline]] = {
+    "dbc": outline_of_dbc,
+    "sym": outline_of_sym,
+    "kcd": outline_of_kcd,
+    "arxml": outline_of_arxml,
+}
 _REFUSALS: dict[str, Callable[[str, str], None]] = {
-    "dbc": _refuse_absurd_dbc,
+    "dbc": lambda text, name: None,  # by statement
     "sym": _refuse_absurd_sym,
     "kcd": _refuse_absurd_xml,
     "arxml": _refuse_absurd_xml,
 }
 
 
-def _bad(message: str) -> OncenterError:
+def bad_database(message: str) -> OncenterError:
     return OncenterError(message, code="bad_dbc", exit_code=WRONG_USAGE)

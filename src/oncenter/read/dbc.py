@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -18,7 +18,8 @@ import numpy.typing as npt
 from oncenter.files.file_name import printable
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read import j1939
-from oncenter.read.database_file import messages_of
+from oncenter.read.database_file import Database, bad_database, not_read_note, read_database
+from oncenter.read.database_parts import NotRead
 from oncenter.read.frames import BYTES_MAX, Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.samples import Beyond, Samples
@@ -85,14 +86,16 @@ def definitions(
     """The messages of the databases that oncenter uses: signals are found by `[signals]`, else by SPN, else by name.
 
     Raises:
-        OncenterError: a file is not a database, or a signal named in `[signals]` has no unit; "missing_extra": cantools
-            is not installed.
+        OncenterError: a file is not a database, or a signal named in `[signals]` has no unit or cannot be read;
+            "missing_extra": cantools is not installed.
     """
     found: list[Definition] = []
     there: dict[str, str] = {}  # "Message.Signal": "Signal"
+    not_read: dict[str, tuple[Path, NotRead]] = {}  # by the names of its signals
     for path in paths:
         before = len(found)
-        messages = _messages_of(Path(path))
+        database = _database(Path(path))
+        messages = database.messages
         there |= {f"{message.name}.{layout.name}": layout.name for message in messages for layout in message.signals}
         for message in messages:
             fields = [field for layout in message.signals for field in _fields(message, layout, names, notes)]
@@ -103,6 +106,10 @@ def definitions(
                 f"no signal recognised in the database {Path(path).name}: it has {_signals_listed(messages)}; "
                 f"{ASSIGN_THEM}"
             )
+        if database.not_read:
+            notes.append(f"{Path(path).name}: left out, as it cannot be read: {not_read_note(database.not_read)}")
+        not_read |= {name: (Path(path), each) for each in database.not_read for name in _names_inside(each)}
+    _refuse_not_read(not_read, {*there, *there.values()}, names)
     if paths:
         notes += _not_there(there, names, ", ".join(Path(path).name for path in paths))
     return _distinct(found)
@@ -134,18 +141,39 @@ def _content(definition: Definition) -> tuple[object, ...]:
     return message.frame_id, message.is_extended_frame, definition.name, *layouts
 
 
-def _messages_of(path: Path) -> list[Message]:
+def _names_inside(part: NotRead) -> Iterator[str]:
+    for name in part.inside:
+        yield from (name, name.rpartition(".")[2])
+
+
+def _refuse_not_read(
+    not_read: Mapping[str, tuple[Path, NotRead]], known: Collection[str], names: Mapping[str, SignalName]
+) -> None:
+    """
+    Raises:
+        OncenterError: "bad_dbc", exit code 2: `[signals]` names a signal whose definition cannot be read.
+    """
+    for signal, entry in names.items():
+        if signal in SIGNALS and entry.name in not_read and entry.name not in known:
+            path, part = not_read[entry.name]
+            raise bad_database(
+                f"the database {path.name} describes {entry.name}, which [signals] names for {signal}, in a way that "
+                f"cannot be read: {not_read_note([part])}"
+            )
+
+
+def _database(path: Path) -> Database:
     """Parsed once while the file does not change: a fleet's child process reads many logs with it."""
     try:
         status = os.stat(path)
-    except (OSError, ValueError):  # messages_of reports the error
-        return messages_of(path)
+    except (OSError, ValueError):  # read_database reports the error
+        return read_database(path)
     return _parsed(path, (status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns))
 
 
 @lru_cache(maxsize=4)
-def _parsed(path: Path, state: tuple[int, ...]) -> list[Message]:
-    return messages_of(path)
+def _parsed(path: Path, state: tuple[int, ...]) -> Database:
+    return read_database(path)
 
 
 def _not_there(there: Mapping[str, str], names: Mapping[str, SignalName], files: str) -> list[str]:
@@ -286,13 +314,25 @@ def samples(kept: Kept, found: Sequence[Definition]) -> list[Samples]:
 
 
 def matching(definition: Definition, frames: Frames, found: Sequence[Definition]) -> npt.NDArray[np.bool_]:
-    """Which frames are of the message; two messages of one parameter group differ in the rest of the identifier."""
+    """Which frames are of the message. Of several messages of one parameter group, a frame belongs to the one of its
+    source address, else to the one for any source address."""
     its_identifier: npt.NDArray[np.bool_] = frames.identifier == definition.message.frame_id
     if definition.pgn is None:
         return ~frames.extended & its_identifier
     of_group: npt.NDArray[np.bool_] = frames.extended & (pgn_of(frames.identifier) == definition.pgn)
-    rivals = sum(other.pgn == definition.pgn for other in found)
-    return of_group & its_identifier if rivals > 1 else of_group
+    addresses = [_address(other) for other in found if other.pgn == definition.pgn]
+    if len(addresses) == 1:
+        return of_group
+    own = _address(definition)
+    if addresses.count(own) > 1:  # they differ in the priority
+        return of_group & its_identifier
+    address = frames.identifier & np.uint32(0xFF)
+    of_others = [other for other in addresses if other not in (own, *_ANY)]
+    return of_group & (~np.isin(address, of_others) if own in _ANY else address == own)
+
+
+def _address(definition: Definition) -> int:
+    return int(definition.message.frame_id) & 0xFF
 
 
 def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
@@ -305,7 +345,8 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
         description = _sender(definition, source) + (f" on {bus_name(bus)}" if several else "")
         label = f"0x{source if message.is_extended_frame else message.frame_id:02x}"
         labels = (message.name.lower(), label, bus_name(bus).lower(), definition.name.lower())
-        farther = int(_is_of_another_sender(definition, source) and definition.pgn in _PROPRIETARY)
+        has_rival = definition.pgn in _PROPRIETARY or _address(definition) in address
+        farther = int(_is_of_another_sender(definition, source) and has_rival)
         given += [
             Samples(
                 each.signal,
@@ -329,7 +370,7 @@ def _samples_of(definition: Definition, frames: Frames) -> list[Samples]:
 
 def _is_of_another_sender(definition: Definition, source: int) -> bool:
     """Whether the database describes the message for another source address, and not for any."""
-    return definition.message.is_extended_frame and definition.message.frame_id & 0xFF not in (source, *_ANY)
+    return definition.message.is_extended_frame and _address(definition) not in (source, *_ANY)
 
 
 def _sender(definition: Definition, source: int) -> str:

@@ -37,11 +37,11 @@ def signals_of(database: Path) -> Iterator[Named]:
     """All signals of a CAN database.
 
     Raises:
-        OncenterError: as `oncenter.read.database_file.messages_of`.
+        OncenterError: as `oncenter.read.database_file.read_database`.
     """
-    from oncenter.read.database_file import messages_of
+    from oncenter.read.database_file import read_database
 
-    for message in messages_of(database):
+    for message in read_database(database).messages:
         for layout in message.signals:
             yield from _named(f"{message.name}.{layout.name}", layout.unit or "", layout.comment or "", database)
 

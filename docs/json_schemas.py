@@ -197,6 +197,11 @@ def _offset(schema: str) -> Schema:
         "vin": text("Of the truck, where a log has it.", null=True),
         "start_time": text("Start of the first drive, UTC, 2026-03-02T07:00:00Z; null without one.", null=True),
     }
+    at_steering_wheel = {
+        "assumed": lines("wheelbase_m and steering_ratio, where the vehicle file does not give them."),
+        "ratio_times_wheelbase": quantity("m", "Steering ratio times wheelbase that fits the bends."),
+        "understeer_at_steering_wheel": quantity("deg/(m/s^2)", "Steering wheel angle per lateral acceleration."),
+    }
     fields = {
         "schema": text(_SCHEMA_OF, choices=[f"oncenter/{schema}"]),
         "version": _VERSION,
@@ -216,6 +221,7 @@ def _offset(schema: str) -> Schema:
         "backlash": quantity("deg", "Free play of the steering at the steering wheel, full width."),
         "unloading_acceleration": quantity("m/s^2", "Neutral lateral acceleration, as measured: no lateral force."),
         "equivalent_wheelbase": quantity("m", "Wheelbase that fits the bends; a wrong steering ratio changes it, too."),
+        **({} if is_first else at_steering_wheel),
         "yaw_rate_bias": quantity("deg/s", "Reading of the yaw rate sensor at zero yaw rate."),
         "lateral_acceleration_bias": quantity("m/s^2", "Reading of the accelerometer on level ground."),
         "wheel_radius_mismatch_rear": quantity("1", "Left over right rolling radius of the rear wheels, minus one."),
@@ -236,7 +242,11 @@ def _offset(schema: str) -> Schema:
         "notes": _NOTES,
         **({} if is_first else {"accounts": rows("For each log that was read, what became of its values.", _LOG)}),
     }
-    return object_of(f"Answer of `oncenter offset --json --schema {schema}`.", fields, optional=(*verdicts, "accounts"))
+    return object_of(
+        f"Answer of `oncenter offset --json --schema {schema}`.",
+        fields,
+        optional=(*verdicts, *at_steering_wheel, "accounts"),
+    )
 
 
 def _error() -> Schema:

@@ -23,6 +23,7 @@ SMALL = {
     "live": "--seconds 20",
     "sensor_faults": "--smoke --jobs 1",
     "simulate": "--minutes 0.5 --rounds 1",
+    "unknown_truck": "--smoke --jobs 1",
     "torque": "--drives 1 --rows ordinary --seconds 120",
     "trucks": "FOLDER --smoke --jobs 1",
     "drives_that_differ": "--smoke --jobs 1",

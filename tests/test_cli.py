@@ -179,7 +179,7 @@ def test_a_bad_log_is_one_line_and_with_json_the_error_object(
     ("arguments", "named"),
     [
         (["offset"], "LOG"),
-        (["offset", "{log}"], "--vehicle"),
+        (["angle", "{log}"], "--vehicle"),
         (["offset", "{log}", "--vehicle", "no_such.toml"], "no_such.toml"),
         (["offset", "{log}", "--vehicle", "{zero}"], "wheelbase_m"),
         (["offset", "{log}", "--vehicle", TRUCK, "--method", "guess"], "guess"),

@@ -404,8 +404,8 @@ TRUCK_FILE = "wheelbase_m = 3.7\nsteering_ratio = 19.3\n"
 @pytest.mark.parametrize(
     ("truck", "arguments", "complaint"),
     [
-        ("steering_ratio = 19.3\n", ["--output", "t.fmu"], "wheelbase_m"),
-        ("wheelbase_m = 3.7\n", ["--output", "t.fmu"], "steering_ratio"),
+        ("wheelbase_m = 0\n", ["--output", "t.fmu"], "wheelbase_m"),
+        ("steering_ratio = 99\n", ["--output", "t.fmu"], "steering_ratio"),
         ("wheelbase_m = 3.7\nsteering_ratio = [0.0, 0.05, 1, 1, 1, 1, 1, 1, 1]\n", ["--output", "t.fmu"], "9 terms"),
         (TRUCK_FILE, ["--output", "t.zip"], "takes a .fmu file"),
         (TRUCK_FILE, ["--output", "nowhere/t.fmu"], "cannot write nowhere/t.fmu"),

@@ -86,7 +86,7 @@ def findings(
 ) -> dict[str, Finding]:
     """The joint method's findings by code."""
     native, params = core_says(**others), PARAMS | {"use_accelerometer": int(accelerometer)}
-    truck: Any = SimpleNamespace(ratio_near_centre=19.3, wheelbase_m=3.7, traffic_sign=traffic_sign)
+    truck: Any = SimpleNamespace(ratio_near_centre=19.3, wheelbase_m=3.7, traffic_sign=traffic_sign, assumed=())
     of_method = joint_findings(native, params, changes, truck)
     about = {"method": "joint", "yaw_rate_from_vdc2": False, "measures_banks": accelerometer, "of_method": of_method}
     about |= {"limit_deg": 2.0}

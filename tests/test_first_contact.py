@@ -49,7 +49,7 @@ def desk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
         ("ofset", "there is no command 'ofset'; did you mean offset"),
         ("xxxxxx", "oncenter -h lists all commands"),
         ("vehicle nwe truck.toml", "did you mean new?"),
-        ("offset drive.csv", "--vehicle is missing: oncenter vehicle new truck.toml writes"),
+        ("angle drive.csv", "--vehicle is missing: oncenter vehicle new truck.toml writes"),
         ("offset drive.csv --vehcle truck.toml", "has no option --vehcle; did you mean --vehicle?"),
         ("offset drive.csv --qqqqq truck.toml", "oncenter offset -h lists them"),
         ("offset drvie.csv --vehicle truck.toml", "did you mean drive.csv?"),

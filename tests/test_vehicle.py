@@ -124,8 +124,8 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
 
 
 def test_a_missing_value_is_named() -> None:
-    with pytest.raises(oc.OncenterError, match="'steering_ratio' is missing"):
-        vehicle_from({"wheelbase_m": 3.7}, "t.toml")
+    with pytest.raises(oc.OncenterError, match=r"'signals\.yaw_rate\.name' is missing"):
+        vehicle_from({"signals": {"yaw_rate": {}}}, "t.toml")
 
 
 def test_a_file_that_does_not_exist_is_named(tmp_path: Path) -> None:
@@ -175,8 +175,10 @@ def test_the_error_of_a_cutoff_too_high_for_the_log_s_rate_gives_the_limit() -> 
 def test_any_bytes_are_a_vehicle_or_one_clear_refusal(tmp_path_factory: pytest.TempPathFactory, content: bytes) -> None:
     file = tmp_path_factory.mktemp("vehicle") / "any.toml"
     file.write_bytes(content)
-    with pytest.raises(oc.OncenterError):
+    try:
         oc.vehicle(file)
+    except oc.OncenterError as refused:
+        assert "\n" not in str(refused)
 
 
 @given(

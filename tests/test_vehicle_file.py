@@ -156,8 +156,7 @@ def answered(*lines: str) -> tuple[dict[str, object], list[str]]:
 def test_enter_leaves_a_value_out_or_takes_the_default() -> None:
     values, _ = answered("", "3,7", "", "", "", "", "", "", "")
     assert values["name"] == "truck" and values["wheelbase_m"] == 3.7
-    assert values["steering_ratio"] == 19.3 and "assumed" in values["source"]["steering_ratio"]
-    assert set(values) == {"name", "wheelbase_m", "steering_ratio", "source"}
+    assert set(values) == {"name", "wheelbase_m"}  # the joint method estimates its product with the ratio
 
 
 def test_a_value_that_an_option_gives_is_not_asked() -> None:
@@ -168,10 +167,10 @@ def test_a_value_that_an_option_gives_is_not_asked() -> None:
 
 
 def test_a_wrong_answer_is_asked_again_with_the_reason() -> None:
-    values, said = answered("t", "", "5530", "5.53 m", "19", "6x3", "6x2", "", "", "up", "right", "", "")
+    values, said = answered("t", "5530", "5.53 m", "19", "6x3", "6x2", "", "", "up", "right", "", "")
     assert (values["wheelbase_m"], values["axle_layout"], values["traffic_side"]) == (5.53, "6x2", "right")
     text = "\n".join(said)
-    assert "in mm? 5530 mm are 5.53 m" in text and "'6x3'" in text and "'up'" in text and "required" in text
+    assert "in mm? 5530 mm are 5.53 m" in text and "'6x3'" in text and "'up'" in text
 
 
 @pytest.mark.posix  # Windows has no pseudo-terminal
@@ -190,11 +189,15 @@ def test_in_a_terminal_it_prompts_for_the_values(tmp_path: Path) -> None:
     assert (truck.wheelbase_m, truck.steering_ratio, truck.traffic_side) == (4.2, 18.0, "right")
 
 
+def test_a_file_without_numbers_is_that_of_an_unknown_truck(tmp_path: Path) -> None:
+    assert run(["vehicle", "new", str(tmp_path / "t.toml"), "--traffic-side", "left"]) == 0
+    truck = oc.vehicle(tmp_path / "t.toml")
+    assert truck.assumed == ("wheelbase_m", "steering_ratio") and truck.traffic_side == "left"
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
-        ([], "--wheelbase-m and --steering-ratio"),
-        (["--wheelbase-m", "4"], "give --steering-ratio"),
         (["--wheelbase-m", "5530", "--steering-ratio", "18"], "in mm? 5530 mm are 5.53 m"),
         (["--wheelbase-m", "4", "--steering-ratio", "18", "--signal", "yaw_rate"], "--signal takes"),
         (["--wheelbase-m", "4", "--steering-ratio", "18", "--signal", "yaw=a"], "yaw_rate"),

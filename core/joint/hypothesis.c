@@ -281,8 +281,26 @@ void oc_hypothesis_take_in(oc_hypothesis *h, const oc_hypothesis_design *design,
     }
 }
 
+/* Adds `share` of the yaw rate bias's regressor to l's in all evidence: the curvature in it had that bias. */
+static void correct_curvature(oc_hypothesis *h, float share) {
+    const float product = oc_triangle_cell(h->scatter, WHEELBASE, YAW_RATE_BIAS);
+    const float square = oc_triangle_cell(h->scatter, YAW_RATE_BIAS, YAW_RATE_BIAS);
+    float *row = &h->scatter[WHEELBASE * (WHEELBASE + 1) / 2];
+    for (int32_t k = 0; k < WHEELBASE; ++k) {
+        row[k] += share * oc_triangle_cell(h->scatter, YAW_RATE_BIAS, k);
+    }
+    row[WHEELBASE] += share * (2.0f * product + share * square);
+    const float with_gradient = oc_triangle_cell(h->scatter, GRADIENT, YAW_RATE_BIAS);
+    h->scatter[GRADIENT * (GRADIENT + 1) / 2 + WHEELBASE] += share * with_gradient;
+    h->target_products[WHEELBASE] += share * h->target_products[YAW_RATE_BIAS];
+    h->means[WHEELBASE] += share * h->means[YAW_RATE_BIAS];
+}
+
 void oc_hypothesis_correct(oc_hypothesis *h, const oc_hypothesis_design *design, float rad_s) {
     oc_hypothesis_shift(h, design, YAW_RATE_BIAS, rad_s);
+    if (design->known.product_doubt > 0.0f) { /* else l is near 0, and so is the effect */
+        correct_curvature(h, rad_s * design->scale[WHEELBASE] / design->scale[YAW_RATE_BIAS]);
+    }
 }
 
 void oc_hypothesis_shift_offset(oc_hypothesis *h, float by, float seconds) {

@@ -37,6 +37,7 @@ typedef struct {
     float width_sd;            /* rad, of the width while only one flank was loaded */
     float pull;                /* m/s^2, mean */
     float set_up_share;        /* 1: the axle may be set up for the crown; 0: the pull is given */
+    float product_doubt;       /* share, 2 sd, by which i L may differ from the vehicle's; 0: a vehicle file's error */
     oc_term_information wheelbase, gradient;
 } oc_known_truck;
 

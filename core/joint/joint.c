@@ -134,6 +134,9 @@ bool oc_joint_walks(const oc_joint *joint) {
 }
 
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
+    if (design->hypothesis.known.product_doubt > 0.0f) {
+        return design->tandem; /* a share of an assumed wheelbase shows no tag axle */
+    }
     const float down = (joint->hypotheses[joint->best].wheelbase + tag_axle_shortening) / tag_axle_fade;
     return design->tandem * oc_clamp(down, 0.0f, 1.0f);
 }

@@ -55,7 +55,8 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     const float K = found.of[OC_OF_GRADIENT].value;
     const bool understeers = K > 0.0f && K < gradient_max;
     /* an angle, a yaw rate or a vehicle file of another size */
-    const bool fits = fabsf(found.of[OC_OF_WHEELBASE].value) < wheelbase_off_max;
+    const float off_max = oc_max(wheelbase_off_max, c->joint.hypothesis.known.product_doubt);
+    const bool fits = fabsf(found.of[OC_OF_WHEELBASE].value) < off_max;
     const bool enough = understeers && fits && found.used >= (float)p->joint_evidence_min_s &&
                         !oc_bank_watch_drifts(&evidence->bank_watch) && !oc_joint_is_implausible(&evidence->joint);
     const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->recent_offset : 0.0f;

@@ -17,6 +17,7 @@ static const float wheelbase_sd_min = 1e-3f; /* share */
 /* Tuned, in tuned.toml: setup */
 static const double new_clock_s = 1.0; /* s: ticks in order until a clock counts as set back */
 static const double yaw_lag_s = 0.04; /* s: lag of the yaw rate behind the wheel */
+static const float unknown_sd_min = 0.1f; /* sd from which the prior of i L is that of an unknown truck, as a share */
 /* end */
 
 static bool is_between(double value, float low, float high) {
@@ -80,6 +81,12 @@ static oc_term_information information_of(double mean, double sd, float sd_min, 
     return (oc_term_information){accuracy * accuracy, accuracy * accuracy * (float)mean / scale};
 }
 
+/* Share by which i L of an unknown truck may differ from the vehicle's; 0 where a vehicle file or a memory has it. */
+static float product_doubt_of(const oc_params *p) {
+    const float sd = (float)p->known_wheelbase_share_sd_1;
+    return sd > unknown_sd_min ? 2.0f * sd : 0.0f;
+}
+
 /* The given values of the truck replace the model's priors. */
 static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     oc_known_truck *known = &design->known;
@@ -97,6 +104,7 @@ static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     if (p->known_wheelbase_share_sd_1 > 0.0) {
         known->wheelbase = information_of(p->known_wheelbase_share_1, p->known_wheelbase_share_sd_1, wheelbase_sd_min,
                                           design->scale[WHEELBASE]);
+        known->product_doubt = product_doubt_of(p);
     }
     if (p->known_pull_sd_m_s2 > 0.0) {
         known->pull = (float)p->known_pull_m_s2;
@@ -157,7 +165,8 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->blocks_until_final = rounded_up(clean_ticks / c->ticks_per_block);
     oc_preprocess_design(&c->preprocess, params->cutoff_hz, params->delay_band_hz, params->speed_slope_window_s,
                          params->method == OC_METHOD_JOINT ? yaw_lag_s : 0.0, rate_hz);
-    oc_assignment_setup(&c->assignment, c->ratio_times_wheelbase, vehicle->track_width_rear, rate_hz);
+    oc_assignment_setup(&c->assignment, c->ratio_times_wheelbase, product_doubt_of(params), vehicle->track_width_rear,
+                        rate_hz);
     oc_gyro_bias_setup(&c->gyro_bias, vehicle, params, rate_hz);
     const bool has_accelerometer = params->use_accelerometer != 0;
     const bool by_torque = params->torque_for_accelerometer_1 > 0.5;

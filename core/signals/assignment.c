@@ -42,12 +42,14 @@ float oc_signal_missed_min(int32_t k) {
     return missed_min[k];
 }
 
-void oc_assignment_setup(oc_assignment_design *design, double ratio_times_wheelbase, double track, double rate_hz) {
+void oc_assignment_setup(oc_assignment_design *design, double ratio_times_wheelbase, float product_doubt, double track,
+                         double rate_hz) {
     const double default_track = 1.9; /* m, as gyro_bias.c */
     const int32_t ticks = (int32_t)(rate_hz / (double)step_hz + 0.5);
     *design = (oc_assignment_design){
         .ratio_times_wheelbase = (float)ratio_times_wheelbase,
         .per_ratio_times_wheelbase = (float)(1.0 / ratio_times_wheelbase),
+        .product_doubt = product_doubt,
         .per_track = (float)(1.0 / (track > 0.0 ? track : default_track)),
         .tick_s = (float)(1.0 / rate_hz),
         .step_s = (float)(ticks / rate_hz),

@@ -42,6 +42,7 @@ enum { OC_SPEED_WATCH = 2, OC_WATCHED = 4 };
 
 typedef struct {
     float per_ratio_times_wheelbase, ratio_times_wheelbase; /* 1/m, m */
+    float product_doubt;       /* share by which i L may be wrong beyond a vehicle file's error */
     float per_track;           /* 1/m, of the rear axle */
     float tick_s, step_s;      /* s */
     int32_t ticks_per_step;
@@ -71,7 +72,8 @@ typedef struct {
     oc_signal_fault fault;
 } oc_assignment;
 
-void oc_assignment_setup(oc_assignment_design *design, double ratio_times_wheelbase, double track, double rate_hz);
+void oc_assignment_setup(oc_assignment_design *design, double ratio_times_wheelbase, float product_doubt, double track,
+                         double rate_hz);
 
 /* One tick; its valid bits mark possible measurements, `sent` those that its source marks. */
 void oc_assignment_update(oc_assignment *assignment, const oc_assignment_design *design, const oc_signals *tick,

@@ -173,22 +173,24 @@ static float size_of(const oc_pair_comparison *pair, int32_t p) {
                                                  : pair->size;
 }
 
-/* -1, 0 or 1: too small, usual, too large. At speed, understeer and banked bends widen the usual range. */
-static int32_t off(const oc_pair_comparison *pair, int32_t p) {
+/* -1, 0 or 1: too small, usual, too large. At speed, understeer and banked bends widen the usual range; an unknown i L
+ * widens that of the angle. */
+static int32_t off(const oc_assignment_design *d, const oc_pair_comparison *pair, int32_t p) {
     if (oc_pair_agreement(pair) <= 0 || pair->likeness < sized_like) {
         return 0;
     }
-    const float size = size_of(pair, p);
-    return size < (pair->is_slow ? slow_size_min[p] : any_size_min[p])   ? -1
-           : size > (pair->is_slow ? slow_size_max[p] : any_size_max[p]) ? 1
-                                                                     : 0;
+    const float size = size_of(pair, p), doubt = p == OC_PAIR_YAW_RATE_ACCELERATION ? 0.0f : d->product_doubt;
+    const float low = pair->is_slow ? slow_size_min[p] : any_size_min[p];
+    const float high = pair->is_slow ? slow_size_max[p] : any_size_max[p];
+    return size < low * (1.0f - doubt) ? -1 : size > high * (1.0f + doubt) ? 1 : 0;
 }
 
 /* Sizes of one motion: a wrong one changes each pair that it is in. */
-static bool judge_scale(oc_assignment *a, const oc_pair_comparison *of) {
+static bool judge_scale(oc_assignment *a, const oc_assignment_design *d, const oc_pair_comparison *of) {
     const oc_pair_comparison *dy = &of[OC_PAIR_ANGLE_YAW_RATE], *ya = &of[OC_PAIR_YAW_RATE_ACCELERATION];
-    const int32_t by_dy = off(dy, OC_PAIR_ANGLE_YAW_RATE), by_ya = off(ya, OC_PAIR_YAW_RATE_ACCELERATION);
-    const int32_t by_da = off(&of[OC_PAIR_ANGLE_ACCELERATION], OC_PAIR_ANGLE_ACCELERATION);
+    const int32_t by_dy = off(d, dy, OC_PAIR_ANGLE_YAW_RATE);
+    const int32_t by_ya = off(d, ya, OC_PAIR_YAW_RATE_ACCELERATION);
+    const int32_t by_da = off(d, &of[OC_PAIR_ANGLE_ACCELERATION], OC_PAIR_ANGLE_ACCELERATION);
     const float angle = size_of(dy, OC_PAIR_ANGLE_YAW_RATE), yaw_rate = size_of(ya, OC_PAIR_YAW_RATE_ACCELERATION);
     if (by_ya != 0 && by_da == by_ya) {
         return by_dy == by_ya ? set_signal_fault(a, OC_SIGNAL_FAULT_SCALE, SPEED_BIT, yaw_rate)
@@ -227,5 +229,5 @@ void oc_assignment_judge(oc_assignment *a, const oc_assignment_design *d) {
         oc_signal_pair_compare(&of[p], &a->pairs[p], d->step_s);
     }
     (void)(judge_each(a, d) || judge_magnitude(a, of) || judge_sign(a, of) || judge_relation(a, of) ||
-           judge_scale(a, of) || judge_lag(a, of));
+           judge_scale(a, d, of) || judge_lag(a, of));
 }

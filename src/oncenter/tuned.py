@@ -203,6 +203,7 @@ TUNED = {  # by C file and name
     "sensor_noise.fast_hz": 80.0,
     "setup.new_clock_s": 1.0,
     "setup.yaw_lag_s": 0.04,
+    "setup.unknown_sd_min": 0.1,
     "side_slip.slip_noise": 0.005,
     "side_slip.slip_noise_s": 1.0,
     "smooth.hand_acceleration": 0.35,

@@ -29,6 +29,7 @@ _OUT_OF_RANGE = ("greater_than_equal", "less_than_equal")  # errors of pydantic
 _SWITCH = "use_accelerometer"  # the only parameter that is not a quantity
 # `tandem_side_force_m2_s2`, (m/s)^2: between those of laden and of empty rigid trucks of that layout
 _TANDEM_SIDE_FORCE_M2_S2 = {"6x2": 12.0, "6x4": 19.0, "8x4": 10.0}
+_ANY_SIDE_FORCE_M2_S2 = 8.0  # of an unknown truck without a layout: it halves the error of each layout
 # By key: the key of its standard deviation, and the params of both.
 _KNOWN = {
     "play_deg": ("play_sd_deg", "known_play_deg", "known_play_sd_deg"),
@@ -45,6 +46,12 @@ _KNOWN = {
     ),
     "yaw_rate_bias_deg_s": ("yaw_rate_bias_sd_deg_s", "known_yaw_rate_bias_deg_s", "known_yaw_rate_bias_sd_deg_s"),
 }
+# A file that lacks one of both, or both: their values in its place, and the sd of their product, as a share.
+ASSUMED_WHEELBASE_M, ASSUMED_RATIO = 5.0, 20.0
+UNKNOWN_TRUCK = "unknown truck"  # without a vehicle file
+_FACTORS = {"wheelbase_m": (1.0, 20.0), "steering_ratio": (1.0, 60.0)}  # of the product, with the core's limits
+_PRODUCT_SD = "known_wheelbase_share_sd_1"
+_PRODUCT_SD_1 = {1: 0.15, 2: 0.3}
 _MAY_LACK_ITS_SD = "understeer_gradient_deg_m_s2"  # `oncenter.budget` takes it alone
 _BOUNDED_BY = {  # params with a closer limit than their range, set by another param
     "delay_band_hz": "below 'cutoff_hz'",
@@ -81,7 +88,8 @@ class Sensors(BaseModel):
 
 
 class Vehicle(BaseModel):
-    """A truck. `wheelbase_m` and `steering_ratio` are enough; the other values narrow the interval or name signals.
+    """A truck. All values narrow the interval or name signals. Without `wheelbase_m` or `steering_ratio` the joint
+    method estimates their product from the drive.
 
     Attributes: `oncenter.vehicle_keys` has the meaning, unit and range of each, and docs/reference/vehicle_file.md
     shows them. A value whose name has `_sd_` is a standard deviation. A relative path of `dbc` is of the vehicle file's
@@ -93,8 +101,8 @@ class Vehicle(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     name: str = "unnamed"
-    wheelbase_m: Annotated[Number, bounds("wheelbase_m")]
-    steering_ratio: SteeringRatio
+    wheelbase_m: Annotated[Number, bounds("wheelbase_m")] = ASSUMED_WHEELBASE_M
+    steering_ratio: SteeringRatio = ASSUMED_RATIO
     track_width_front_m: Annotated[Number, bounds("track_width_front_m")] | None = None
     track_width_rear_m: Annotated[Number, bounds("track_width_rear_m")] | None = None
     axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] | None = None
@@ -118,6 +126,7 @@ class Vehicle(BaseModel):
     params: Mapping[str, float] = {}
     source: Mapping[str, str] = {}
     _origin: str = PrivateAttr("")  # the vehicle file, for messages
+    _assumed: tuple[str, ...] = PrivateAttr(())
 
     @model_validator(mode="before")
     @classmethod
@@ -130,6 +139,23 @@ class Vehicle(BaseModel):
         if force is None or not isinstance(params, Mapping):
             return values
         return values | {"params": {"tandem_side_force_m2_s2": force, **params}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _prior_of_product(cls, values: Any) -> Any:
+        """Sets the prior of ratio times wheelbase where one of them is missing."""
+        if not isinstance(values, dict) or not isinstance(values.get("params", {}), Mapping):
+            return values
+        lacks = sum(key not in values for key in _FACTORS)
+        if lacks == 0:
+            return values
+        tandem = {"tandem_side_force_m2_s2": _ANY_SIDE_FORCE_M2_S2} if values.get("axle_layout") is None else {}
+        return values | {"params": {_PRODUCT_SD: _PRODUCT_SD_1[lacks], **tandem, **values.get("params", {})}}
+
+    @model_validator(mode="after")
+    def _note_assumed(self) -> Vehicle:
+        self._assumed = tuple(key for key in _FACTORS if key not in self.model_fields_set)
+        return self
 
     @model_validator(mode="before")
     @classmethod
@@ -174,7 +200,8 @@ class Vehicle(BaseModel):
         return core_params(value) if isinstance(value, Mapping) else value
 
     def __repr__(self) -> str:
-        return f"Vehicle({self.name!r}, wheelbase_m={self.wheelbase_m:g}, steering_ratio={self.steering_ratio})"
+        given = [f"{key}={getattr(self, key)}" for key in _FACTORS if key not in self.assumed]
+        return f"Vehicle({', '.join([repr(self.name), *given])})"
 
     __str__ = __repr__
 
@@ -184,8 +211,31 @@ class Vehicle(BaseModel):
         return self._origin
 
     @property
+    def assumed(self) -> tuple[str, ...]:
+        """The names of "wheelbase_m" and "steering_ratio" that are not given: only their product is estimated."""
+        return self._assumed
+
+    @property
     def ratio_near_centre(self) -> float:
         return near_centre(self.steering_ratio)
+
+    @property
+    def ratio_times_wheelbase_m(self) -> float:
+        return self.ratio_near_centre * self.wheelbase_m
+
+    @property
+    def prior_of_product_m(self) -> tuple[float, float]:
+        """Mean and standard deviation of ratio times wheelbase before the drive, where one of both is assumed."""
+        wheelbase_m = ASSUMED_WHEELBASE_M if "wheelbase_m" in self.assumed else self.wheelbase_m
+        ratio = ASSUMED_RATIO if "steering_ratio" in self.assumed else self.ratio_near_centre
+        return ratio * wheelbase_m, ratio * wheelbase_m * _PRODUCT_SD_1[len(self.assumed)]
+
+    def with_product(self, product_m: float) -> Vehicle | None:
+        """The truck with another ratio times wheelbase, by an assumed factor; None where no truck has that."""
+        key = self.assumed[0]
+        value = getattr(self, key) * product_m / self.ratio_times_wheelbase_m
+        low, high = _FACTORS[key]
+        return self.model_copy(update={key: value}) if low < value < high else None
 
     @property
     def traffic_sign(self) -> float:
@@ -231,6 +281,20 @@ def check_vehicle(given: object, verb: str) -> None:
         )
 
 
+def require_truck(vehicle: Vehicle, what: str) -> None:
+    """
+    Raises:
+        OncenterError: "vehicle_file", exit code 2: the wheelbase or the steering ratio is only assumed.
+    """
+    if vehicle.assumed:
+        keys = " and ".join(vehicle.assumed)
+        raise OncenterError(
+            f"{what} needs {keys} of the truck: give them in a vehicle file (--vehicle), or use --method joint",
+            code="vehicle_file",
+            exit_code=WRONG_USAGE,
+        )
+
+
 def core_of(
     vehicle: Vehicle,
     rate_hz: float,
@@ -251,8 +315,12 @@ def core_of(
         track_widths: `track_width_front_m` and `track_width_rear_m`, 0 where not given; by default the vehicle's.
 
     Raises:
-        OncenterError: "params", exit code 2.
+        OncenterError: "params" or "vehicle_file", exit code 2.
     """
+    if method != "joint":
+        require_truck(vehicle, f"method '{method}'")
+    if angle_method != "observer":
+        require_truck(vehicle, f"the angle's method '{angle_method}'")
     widths = track_widths or {
         "track_width_front_m": vehicle.track_width_front_m or 0.0,
         "track_width_rear_m": vehicle.track_width_rear_m or 0.0,

@@ -108,15 +108,16 @@ def _new_vehicle(arguments: Sequence[str], *more: str) -> str:
     """The command that writes a vehicle file: with the numbers of the one that was given, at a place that is free."""
     places = ("new_truck.toml", *(f"new_truck{number}.toml" for number in range(2, 100)))
     free = next((name for name in places if not os.path.lexists(name)), "NAME.toml")
-    wheelbase, ratio = "M", "RATIO"
+    numbers: list[str] = []
     given = _after("--vehicle", arguments)
     if given:
         from oncenter.vehicle import vehicle  # late import: it is loaded already, since the command read it
 
         with suppress(OncenterError):
             truck = vehicle(given)
-            wheelbase, ratio = f"{truck.wheelbase_m:g}", f"{truck.ratio_near_centre:.4g}"
-    numbers = ("--wheelbase-m", wheelbase, "--steering-ratio", ratio)
+            known = {"wheelbase_m": f"{truck.wheelbase_m:g}", "steering_ratio": f"{truck.ratio_near_centre:.4g}"}
+            for key in (each for each in known if each not in truck.assumed):
+                numbers += [f"--{key.replace('_', '-')}", known[key]]
     return " ".join(["oncenter vehicle new", free, *numbers, *more])
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from oncenter.cli.options import Dbc, Json, Schema, Source, VehicleFile, sources_of
+from oncenter.cli.options import Dbc, Json, Schema, Source, UnknownTruck, sources_of
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import OF_FRAMES
 
@@ -67,8 +67,8 @@ Limit = Annotated[
 
 
 def live(
-    vehicle_file: VehicleFile,
     channel: Channel = None,
+    vehicle_file: UnknownTruck = None,
     interface: Interface = None,
     bitrate: Bitrate = None,
     replay: Replayed = None,
@@ -87,8 +87,7 @@ def live(
     source: Source = None,
 ) -> None:
     """Watch the offset converge while the truck is driven. Ctrl-C ends the session, saves and prints the result."""
-    import oncenter as oc
-    from oncenter.cli.offset import as_table, with_limit
+    from oncenter.cli.offset import as_table, vehicle_of, with_limit
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.files.extra import require_package
     from oncenter.live.learner import needed
@@ -100,8 +99,8 @@ def live(
     if web:
         require_package("bokeh", "--web", "live")
     outputs = {"--record": record, "--trace": trace}
-    spare_inputs(outputs, [replay, vehicle_file, *(dbc or ())])
-    vehicle = with_limit(oc.vehicle(vehicle_file), limit)
+    spare_inputs(outputs, [replay, *filter(None, [vehicle_file]), *(dbc or ())])
+    vehicle = with_limit(vehicle_of(vehicle_file), limit)
     databases = dbc or vehicle.databases()
     spare_inputs(outputs, databases)
     notices = Notices()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from oncenter.cli.options import Dbc, FailOn, Json, Schema, Source, VehicleFile, progress_bar, sources_of
+from oncenter.cli.options import Dbc, FailOn, Json, Schema, Source, UnknownTruck, progress_bar, sources_of
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import SUFFIXES
 
@@ -30,7 +30,7 @@ def offset(
             "logs in it and in its subfolders, in order of their start times, or of their names if a log has none.",
         ),
     ],
-    vehicle_file: VehicleFile,
+    vehicle_file: UnknownTruck = None,
     each: Annotated[
         bool,
         typer.Option(
@@ -92,7 +92,8 @@ def offset(
     if each:
         _refuse_of_one_answer(report, memory)
     places = logs_at(logs)
-    truck = _truck(vehicle_file, [*places.logs, vehicle_file, *(dbc or ())], report, memory, applied, limit)
+    inputs = [*places.logs, *filter(None, [vehicle_file]), *(dbc or ())]
+    truck = _truck(vehicle_file, inputs, report, memory, applied, limit)
     params = {"use_accelerometer": 0.0} if no_accelerometer else None
     if each:
         databases = dbc or truck.databases()
@@ -114,7 +115,7 @@ def offset(
 
 
 def _truck(
-    vehicle_file: str,
+    vehicle_file: str | None,
     inputs: Sequence[str | Path],
     report: Path | None,
     memory: Path | None,
@@ -122,7 +123,6 @@ def _truck(
     limit: float | None,
 ) -> oc.Vehicle:
     """The truck, after a check that each output has a place of its own."""
-    import oncenter as oc
     from oncenter.cli.overwriting import spare_inputs
     from oncenter.files.whole_file import check_place
     from oncenter.report import check_report
@@ -130,7 +130,7 @@ def _truck(
     spare_inputs({"--memory": memory}, inputs)
     spare_inputs({"--report": report}, [*inputs, memory])
     refuse_one_place(report, memory)
-    truck = with_limit(with_applied(oc.vehicle(vehicle_file), applied), limit)
+    truck = with_limit(with_applied(vehicle_of(vehicle_file), applied), limit)
     spare_inputs({"--memory": memory, "--report": report}, truck.dbc)
     if report is not None:
         check_report(report, "--report")
@@ -206,6 +206,14 @@ def refuse_one_place(report: Path | None, memory: Path | None) -> None:
             code="usage",
             exit_code=WRONG_USAGE,
         )
+
+
+def vehicle_of(vehicle_file: str | None) -> oc.Vehicle:
+    """The vehicle of the command line, else an unknown truck."""
+    import oncenter as oc
+    from oncenter.vehicle import UNKNOWN_TRUCK
+
+    return oc.Vehicle(name=UNKNOWN_TRUCK) if vehicle_file is None else oc.vehicle(vehicle_file)
 
 
 def with_applied(truck: oc.Vehicle, applied_deg: float | None) -> oc.Vehicle:

@@ -28,6 +28,15 @@ VEHICLE_HELP = (
     f"The truck: a vehicle file (TOML), or the name of a shipped one: {', '.join(shipped_names())}. "
     "`oncenter vehicle new truck.toml` writes a file."
 )
+UnknownTruck = Annotated[
+    str | None,
+    typer.Option(
+        "--vehicle",
+        metavar="FILE",
+        help=f"{VEHICLE_HELP} Without it steering ratio times wheelbase is estimated from the drive (method joint).",
+        autocompletion=vehicle_files,
+    ),
+]
 VehicleFile = Annotated[str, typer.Option("--vehicle", metavar="FILE", help=VEHICLE_HELP, autocompletion=vehicle_files)]
 VehicleFileIfAny = Annotated[
     str | None,

@@ -72,7 +72,7 @@ def new(
 ) -> None:
     """Write a vehicle file in which every key is explained.
 
-    In a terminal it prompts for each value. With --wheelbase-m and --steering-ratio there are no prompts.
+    In a terminal it prompts for each value. With --wheelbase-m or --steering-ratio there are no prompts.
     """
     from oncenter.files.whole_file import check_place, write_whole
     from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
@@ -93,7 +93,6 @@ def new(
     values: dict[str, Any] = {key: value for key, value in given.items() if value is not None}
     if wheelbase_m is None and steering_ratio is None and sys.stdin is not None and sys.stdin.isatty():
         values = _prompted(output, values)
-    _require_both(values)
     databases = [Path(path) for path in values.get("dbc", ())]
     proposed, notes = proposals_for(databases, log, values.get("signals", ()))
     write_whole(output, new_vehicle_file(output, values, proposed))
@@ -190,23 +189,6 @@ def _prompted(output: Path, given: dict[str, Any]) -> dict[str, Any]:
 
     say(f"A new vehicle file, {output}. Enter takes the value in brackets; Ctrl-C ends without a file.")
     return {**answers(ask, say, output.stem, given), **given}
-
-
-def _require_both(values: dict[str, Any]) -> None:
-    """
-    Raises:
-        OncenterError: "usage", exit code 2.
-    """
-    missing = [option for key, option in _REQUIRED.items() if key not in values]
-    if missing:
-        raise OncenterError(
-            f"vehicle new prompts for the values in a terminal only; here give {' and '.join(missing)}",
-            code="usage",
-            exit_code=WRONG_USAGE,
-        )
-
-
-_REQUIRED = {"wheelbase_m": "--wheelbase-m", "steering_ratio": "--steering-ratio"}
 
 
 def _signals_of(given: list[str] | tuple[str, ...]) -> dict[str, dict[str, Any]]:

@@ -31,7 +31,8 @@ class Estimates:
     the tables answered, so that `trace` can run them again. The wheel radius mismatch of an axle is its left radius
     over its right less one; `unloading_acceleration` is the neutral lateral acceleration: the measured one at which the
     steering carries no load. `equivalent_wheelbase` is the one of (10) that fits the bends; it contains an error of the
-    steering ratio.
+    steering ratio. Where the vehicle's ratio is only assumed, `understeer_gradient` and `equivalent_wheelbase` are
+    unobservable: `ratio_times_wheelbase` and `understeer_at_steering_wheel` need no ratio.
     `side_force_s` are the seconds of lateral force clearly to the left and to the right, which load the left and the
     right flank of the play; of the joint method.
     `missing_loading_s` are the seconds of lateral force to the left and to the right that the joint method still needs
@@ -68,6 +69,8 @@ class Estimates:
     backlash: Estimate
     unloading_acceleration: Estimate
     equivalent_wheelbase: Estimate
+    ratio_times_wheelbase: Estimate
+    understeer_at_steering_wheel: Estimate
     yaw_rate_bias: Estimate
     lateral_acceleration_bias: Estimate
     wheel_radius_mismatch_rear: Estimate

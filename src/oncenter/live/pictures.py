@@ -168,7 +168,7 @@ class _Flanks:
         self._offset.update(location=offset, visible=True)
         ends = np.array([-20.0, 20.0])
         neutral = answer.unloading_acceleration.value or 0.0
-        slope = answer.vehicle.ratio_near_centre * (answer.understeer_gradient.value or 0.0) / DEGREE
+        slope = (answer.understeer_at_steering_wheel.value or 0.0) / DEGREE
         middle = offset + slope * (ends - neutral)
         half_play = 0.5 * (answer.backlash.value or 0.0) / DEGREE
         self._lines.data = as_source(x=ends, upper=middle + half_play, lower=middle - half_play)

@@ -104,7 +104,10 @@ def quantities(now: Snapshot) -> dict[str, str]:
     answer = now.known.answer
     if answer is None:
         return dict.fromkeys(_QUANTITIES, "—")
-    return {name: _quantity(getattr(answer, member)) for name, member in _QUANTITIES.items()}
+    shown = {name: _quantity(getattr(answer, member)) for name, member in _QUANTITIES.items()}
+    if "steering_ratio" in answer.vehicle.assumed:
+        shown["understeer gradient"] = f"{_quantity(answer.understeer_at_steering_wheel)} at the steering wheel"
+    return shown
 
 
 def _quantity(estimate: Estimate) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimates.estimates import DEFAULT_METHOD, Method
-from oncenter.memory.drive import priors, with_drive
+from oncenter.memory.drive import priors, with_drive, with_remembered_product
 from oncenter.memory.log import start_of_drive
 from oncenter.memory.truck import TruckMemory
 from oncenter.offset.answer import Answer
@@ -54,6 +54,7 @@ def offset_with_memory(
     if any(map(memory.has, keys.values())):
         answer = offset(drives, vehicle, method=method, params=params, progress=progress)
         return _noted(answer, _again([log for log, key in keys.items() if memory.has(key)])), memory
+    vehicle = with_remembered_product(vehicle, memory)
     start_s = max((start_of_drive(drive, _path(drive)) for drive in drives), default=0.0)
     started_from = priors(memory, vehicle, start_s)
     answer = offset(drives, vehicle, method=method, params={**started_from, **(params or {})}, progress=progress)

@@ -28,6 +28,13 @@ _LIFTS = ("6x2",)  # axle layouts whose wheelbase changes when an axle is lifted
 _CONTRADICTS = 3.0  # sd of the remembered value, beyond which a wider result replaces it
 
 
+def with_remembered_product(vehicle: Vehicle, memory: TruckMemory) -> Vehicle:
+    """The vehicle with the remembered ratio times wheelbase in place of an assumed one."""
+    if not vehicle.assumed or memory.ratio_times_wheelbase is None:
+        return vehicle
+    return vehicle.with_product(memory.ratio_times_wheelbase.value) or vehicle
+
+
 def priors(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> dict[str, float]:
     """Priors of a drive at that time, as params of the core; configured values of the vehicle file come first."""
     p = params_of(vehicle, None)
@@ -38,10 +45,11 @@ def priors(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> dict[str, floa
         "known_accelerometer_bias{}_m_s2": _aged_accelerometer(memory, p, at_s),
         "known_yaw_rate_bias{}_rad_s": _aged_yaw_rate_bias(memory, p, at_s),
     }
+    given = vehicle.params.keys() - ({"known_wheelbase_share_sd_1"} if vehicle.assumed else set())
     return {
         name.format(part): value
         for name, remembered in found.items()
-        if remembered is not None and name.format("_sd") not in vehicle.params
+        if remembered is not None and name.format("_sd") not in given
         for part, value in (("", remembered.value), ("_sd", remembered.sd))
     }
 
@@ -60,7 +68,7 @@ def with_drive(
     """
     if answer.sensor_fault != "none" or answer.offset.status == "invalid":
         return memory
-    vehicle, p = answer.vehicle, answer.params
+    p = answer.params
     offset = _remembered(answer.offset, start_s, ("valid", "converging"))
     value, offset_sd = (None, None) if offset is None else (offset.value, offset.sd)
     present = {drive.log for drive in answer.drives}  # other logs are before a step, so this offset is not theirs
@@ -69,17 +77,12 @@ def with_drive(
         for log, key in keys.items()
     ]
     return replace(
-        memory,
+        _with_size(memory, answer, start_s),
         play=_renewed(memory.play, _aged_play(memory, start_s), _remembered(answer.backlash, start_s)),
         yaw_rate_bias=_renewed(
             memory.yaw_rate_bias, _aged_yaw_rate_bias(memory, p, start_s), _remembered(answer.yaw_rate_bias, start_s)
         ),
         accelerometer_bias=_with_standstill(memory, answer, start_s),
-        equivalent_wheelbase=_renewed(
-            memory.equivalent_wheelbase,
-            _in_metres(_aged_wheelbase(memory, vehicle, start_s), vehicle.wheelbase_m),
-            _remembered(answer.equivalent_wheelbase, start_s),
-        ),
         loads=_with_gradient(memory, answer, start_s, started_from),
         drives=tuple([*memory.drives, *added][-_DRIVES_MAX:]),
     )
@@ -119,12 +122,27 @@ def _aged_accelerometer(memory: TruckMemory, p: Mapping[str, float], at_s: float
     return bias and _if_narrower(bias.aged(at_s, _ACCELERATION_WALK), p["accelerometer_bias_sd_m_s2"])
 
 
+def _with_size(memory: TruckMemory, answer: Answer, start_s: float) -> TruckMemory:
+    """The memory with the wheelbase after the drive; of a truck whose wheelbase or ratio is assumed, their product."""
+    prior = _in_metres(_aged_wheelbase(memory, answer.vehicle, start_s), _size_m(answer.vehicle))
+    if answer.vehicle.assumed:
+        product = _remembered(answer.ratio_times_wheelbase, start_s)
+        return replace(memory, ratio_times_wheelbase=_renewed(memory.ratio_times_wheelbase, prior, product))
+    found = _remembered(answer.equivalent_wheelbase, start_s)
+    return replace(memory, equivalent_wheelbase=_renewed(memory.equivalent_wheelbase, prior, found))
+
+
+def _size_m(vehicle: Vehicle) -> float:
+    """The wheelbase, or ratio times wheelbase where one of them is assumed."""
+    return vehicle.ratio_times_wheelbase_m if vehicle.assumed else vehicle.wheelbase_m
+
+
 def _aged_wheelbase(memory: TruckMemory, vehicle: Vehicle, at_s: float) -> Remembered | None:
-    """The remembered wheelbase as a share of the vehicle file's."""
-    if memory.equivalent_wheelbase is None or vehicle.axle_layout in _LIFTS:
+    """The remembered wheelbase, or product, as a share of the vehicle's."""
+    found, size_m = memory.ratio_times_wheelbase if vehicle.assumed else memory.equivalent_wheelbase, _size_m(vehicle)
+    if found is None or vehicle.axle_layout in _LIFTS:
         return None
-    found = memory.equivalent_wheelbase
-    share = Remembered(found.value / vehicle.wheelbase_m - 1.0, found.sd / vehicle.wheelbase_m, found.date_s)
+    share = Remembered(found.value / size_m - 1.0, found.sd / size_m, found.date_s)
     return share.aged(at_s, _WHEELBASE_WALK, _WHEELBASE_BETWEEN)
 
 

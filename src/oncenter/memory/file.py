@@ -66,6 +66,15 @@ class _Wheelbase(_Table):
         return Remembered(self.value_m, self.sd_m, _seconds(self.date))
 
 
+class _Product(_Table):
+    value_m: Annotated[_Value, Field(ge=1, le=1200)]
+    sd_m: Annotated[_Value, Field(gt=0, le=1200)]
+    date: datetime
+
+    def remembered(self) -> Remembered:
+        return Remembered(self.value_m, self.sd_m, _seconds(self.date))
+
+
 class _Gradient(_Table):
     value_deg_m_s2: Annotated[_Value, Field(ge=-5, le=5)]
     sd_deg_m_s2: Annotated[_Value, Field(gt=0, le=5)]
@@ -94,6 +103,7 @@ class _File(_Table):
     yaw_rate_bias: _YawRateBias | None = None
     accelerometer_bias: _Accelerometer | None = None
     equivalent_wheelbase: _Wheelbase | None = None
+    ratio_times_wheelbase: _Product | None = None
     understeer_gradient: list[_Gradient] = []
     drives: list[_PastDrive] = []
 
@@ -137,6 +147,7 @@ def _memory_of(file: _File, what: str) -> TruckMemory:
             None if file.equivalent_wheelbase is None else file.equivalent_wheelbase.remembered(),
             tuple(Load(each.remembered(), each.drives) for each in file.understeer_gradient),
             tuple(each.drive() for each in file.drives),
+            None if file.ratio_times_wheelbase is None else file.ratio_times_wheelbase.remembered(),
         )
     except OverflowError as error:  # a date outside the calendar
         raise _noiso(what, error) from None
@@ -175,6 +186,7 @@ def _lines(memory: TruckMemory) -> Iterator[str]:
         ("yaw_rate_bias", memory.yaw_rate_bias, "deg_s", DEGREE),
         ("accelerometer_bias", memory.accelerometer_bias, "m_s2", 1.0),
         ("equivalent_wheelbase", memory.equivalent_wheelbase, "m", 1.0),
+        ("ratio_times_wheelbase", memory.ratio_times_wheelbase, "m", 1.0),
     ):
         if remembered is not None:
             yield f"\n[{name}]"

@@ -77,6 +77,7 @@ class TruckMemory:
         yaw_rate_bias: rad/s, at the end of the last drive.
         accelerometer_bias: m/s^2, from standstills; its standard deviation includes the slope of the ground.
         equivalent_wheelbase: m.
+        ratio_times_wheelbase: m, of a truck whose vehicle file does not give both.
         loads: gradients, one per load.
         drives: the last ones, oldest first.
     """
@@ -88,6 +89,7 @@ class TruckMemory:
     equivalent_wheelbase: Remembered | None = None
     loads: tuple[Load, ...] = ()
     drives: tuple[PastDrive, ...] = ()
+    ratio_times_wheelbase: Remembered | None = None
 
     def has(self, key: str) -> bool:
         return any(are_same(key, drive.key) for drive in self.drives)

@@ -63,9 +63,17 @@ class Answer(Estimates):
     @property
     def quantities(self) -> dict[str, Estimate]:
         """The quantities by their printed names."""
+        of_ratio = (
+            {
+                "understeer at steering wheel": self.understeer_at_steering_wheel,
+                "ratio times wheelbase": self.ratio_times_wheelbase,
+            }
+            if "steering_ratio" in self.vehicle.assumed
+            else {"understeer gradient": self.understeer_gradient}
+        )
         return {
             "straight-ahead offset": self.offset,
-            "understeer gradient": self.understeer_gradient,
+            **of_ratio,
             "free play": self.backlash,
             "neutral lateral acceleration": self.unloading_acceleration,
             "yaw rate bias": self.yaw_rate_bias,
@@ -127,6 +135,7 @@ class Answer(Estimates):
             "backlash": self.backlash.to_dict(),
             "unloading_acceleration": self.unloading_acceleration.to_dict(),
             "equivalent_wheelbase": self.equivalent_wheelbase.to_dict(),
+            **({} if schema == "offset-1" else self._at_steering_wheel()),
             "yaw_rate_bias": self.yaw_rate_bias.to_dict(),
             "lateral_acceleration_bias": self.lateral_acceleration_bias.to_dict(),
             "wheel_radius_mismatch_rear": self.wheel_radius_mismatch_rear.to_dict(),
@@ -141,6 +150,13 @@ class Answer(Estimates):
             "findings": [finding.to_dict() for finding in self.findings],
             "notes": list(self.notes),
             **({} if schema == "offset-1" else {"accounts": self._accounts()}),
+        }
+
+    def _at_steering_wheel(self) -> dict[str, Any]:
+        return {
+            "assumed": list(self.vehicle.assumed),
+            "ratio_times_wheelbase": self.ratio_times_wheelbase.to_dict(),
+            "understeer_at_steering_wheel": self.understeer_at_steering_wheel.to_dict(),
         }
 
     def _accounts(self) -> list[dict[str, Any]]:

@@ -79,10 +79,12 @@ def answer_of(
         offset_ci95_drive=_ci95_drive(native),
         not_identifiable=_not_identifiable(native, vehicle, method, params),
         offset_per_acceleration=native["offset_parts"]["per_acceleration"],
-        understeer_gradient=_of(native, "understeer_gradient", "rad/(m/s^2)"),
+        understeer_gradient=_of_ratio(_of(native, "understeer_gradient", "rad/(m/s^2)"), vehicle),
         backlash=_not_negative(_of(native, "backlash", "rad")),
         unloading_acceleration=_of(native, "unloading_acceleration", "m/s^2"),
-        equivalent_wheelbase=_of(native, "equivalent_wheelbase", "m"),
+        equivalent_wheelbase=_of_ratio(_of(native, "equivalent_wheelbase", "m"), vehicle),
+        ratio_times_wheelbase=_product(native, vehicle),
+        understeer_at_steering_wheel=_times_ratio(_of(native, "understeer_gradient", "rad/(m/s^2)"), vehicle),
         yaw_rate_bias=_of(native, "yaw_rate_bias", "rad/s"),
         lateral_acceleration_bias=Estimate(None, None, "unobservable", "m/s^2"),
         wheel_radius_mismatch_rear=_of(native, "wheel_radius_mismatch_rear", "1"),
@@ -106,6 +108,31 @@ def answer_of(
     if has_signal_fault(native) and answer.sensor_fault == "none":
         return without_estimates(answer, signal_fault(native, drives, vehicle))
     return answer
+
+
+def _of_ratio(estimate: Estimate, vehicle: Vehicle) -> Estimate:
+    """The estimate, without its value where the steering ratio by which it was divided is only assumed."""
+    return (
+        replace(estimate, value=None, ci95=None, status="unobservable")
+        if "steering_ratio" in vehicle.assumed
+        else estimate
+    )
+
+
+def _times_ratio(estimate: Estimate, vehicle: Vehicle) -> Estimate:
+    """The estimate at the steering wheel; the core gives it at the road wheels of the vehicle's ratio."""
+    if estimate.value is None or estimate.ci95 is None:
+        return estimate
+    ratio, (low, high) = vehicle.ratio_near_centre, estimate.ci95
+    return replace(estimate, value=ratio * estimate.value, ci95=(ratio * low, ratio * high))
+
+
+def _product(native: _core.OcAnswer, vehicle: Vehicle) -> Estimate:
+    """Ratio times wheelbase. Of an unknown truck also where the drive hardly identifies it."""
+    found = native["equivalent_wheelbase"]
+    if vehicle.assumed and _core.status_of(found) == "unobservable" and native["used"] > 0.0:
+        found = {**found, "status": _core.STATUSES.index("converging")}
+    return _times_ratio(bounded("equivalent_wheelbase", _estimate(found, "m")), vehicle)
 
 
 def _given_pull(params: Mapping[str, float], per_acceleration: float) -> Pull | None:

@@ -15,6 +15,7 @@ from oncenter.estimates.changes import Change
 from oncenter.estimates.estimate import number
 from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, bends_demand, demand, finding
 from oncenter.offset.core_findings import km_h
+from oncenter.offset.unknown_truck import unknown_truck
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 from oncenter.tuned import TUNED
@@ -60,7 +61,8 @@ def joint_findings(
     yield _unloading(native, params, steering_ratio, 0.0 if other_side else traffic_sign)
     yield other_side
     yield _accelerometer_moves(native, params)
-    yield _wheelbase(native, steering_ratio, vehicle.wheelbase_m)
+    yield unknown_truck(native, vehicle)
+    yield None if vehicle.assumed else _wheelbase(native, steering_ratio, vehicle.wheelbase_m)
     yield _evidence(native, params)
     yield _missing_loading(native, params)
     yield _no_understeer(native, params)

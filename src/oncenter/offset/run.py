@@ -40,6 +40,7 @@ from oncenter.offset.inputs import (
 )
 from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.signals_at_fault import without_faulty_estimates
+from oncenter.offset.unknown_truck import with_fitted_product
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
 from oncenter.plausibility.check_result import NO_OFFSET
 from oncenter.plausibility.recording import recording_findings
@@ -47,12 +48,13 @@ from oncenter.plausibility.signal_fault import SignalFault, finding_of, has_sign
 from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
-from oncenter.vehicle import Vehicle, check_vehicle, core_of, core_params
+from oncenter.vehicle import UNKNOWN_TRUCK, Vehicle, check_vehicle, core_of, core_params, require_truck
 
 if TYPE_CHECKING:
     from oncenter.offset.several_logs import Together
 
 _ROWS_AT_ONCE = 1_000_000  # between two reports of progress
+_PASSES_MAX = 4  # over the logs of an unknown truck; one more is nearly always enough
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): wrong signs and scales are outside
 _UNEXPLAINED_MAX = 1.5 * DEGREE  # rad, of a second: several times that of a healthy drive
 _MAY_BE_ANOTHER_SIGNAL = ("drifting", "wrong_sign")  # a yaw rate of wrong sign or unit looks like these faults
@@ -60,7 +62,7 @@ _MAY_BE_ANOTHER_SIGNAL = ("drifting", "wrong_sign")  # a yaw rate of wrong sign 
 
 def offset(
     signals: Signals | Sequence[Signals],
-    vehicle: Vehicle,
+    vehicle: Vehicle | None = None,
     *,
     method: Method = DEFAULT_METHOD,
     params: Mapping[str, float] | None = None,
@@ -71,7 +73,8 @@ def offset(
     Args:
         signals: from `oncenter.read` or `oncenter.simulate`; several are put in order of time. The joint method answers
             each drive alone and combines the drives since the last change of the offset.
-        vehicle: from `oncenter.vehicle`; its `[params]` apply.
+        vehicle: from `oncenter.vehicle`; its `[params]` apply. Without it, or without its wheelbase or steering ratio,
+            the joint method estimates the product of both.
         method: "joint", offset, understeer gradient, play and gyro bias together; "thesis", (36) to (38) of
             docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one
             where the log has it), whose track width the vehicle file must give.
@@ -80,13 +83,16 @@ def offset(
 
     Raises:
         OncenterError: "missing_signal", "no_usable_second" (exit 1); "method", "params", "rates_differ",
-            "track_width", "not_signals", "not_a_vehicle" (exit 2).
+            "track_width", "not_signals", "not_a_vehicle", "vehicle_file" (exit 2).
     """
     if method not in METHODS:
         raise OncenterError(
             f"method '{method}' does not exist; use one of {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
+    vehicle = Vehicle(name=UNKNOWN_TRUCK) if vehicle is None else vehicle
     check_vehicle(vehicle, "offset")
+    if method != "joint":
+        require_truck(vehicle, f"method '{method}'")
     recorded, of_copies = without_copies(in_order(drives_of(signals, "offset")))
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(params_of(vehicle, params), given, method, recorded)
@@ -113,6 +119,8 @@ def _of_all(
     result = _result(logs, vehicle, params, method, progress)
     if method != "joint":
         return _whole(result, vehicle, method, params)
+    if vehicle.assumed:
+        return _of_unknown(result, logs, vehicle, params)
     fitted = fitted_vehicle(
         result.native, logs, vehicle, params, lambda other: _result(logs, other, params, method, None).native
     )
@@ -125,6 +133,16 @@ def _of_all(
         return without_estimates(answer, fault)
     answer = _whole(_result(logs, fitted, params, method, None), fitted, method, params)
     return replace(answer, findings=(far_off(fitted, vehicle), *answer.findings))
+
+
+def _of_unknown(result: _Result, logs: tuple[Signals, ...], vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
+    """The answer of further passes with the ratio times wheelbase that the drives show."""
+    for _ in range(_PASSES_MAX - 1):
+        fitted = with_fitted_product(result.native, vehicle, params)
+        if fitted is None:
+            break
+        vehicle, result = fitted, _result(logs, fitted, params, "joint", None)
+    return _whole(result, vehicle, "joint", params)
 
 
 class _Result(NamedTuple):

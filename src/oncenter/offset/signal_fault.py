@@ -7,7 +7,15 @@ from dataclasses import replace
 from oncenter.offset.answer import Answer
 from oncenter.plausibility.signal_fault import SignalFault, finding_of
 
-_LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")
+_LEARNED = (
+    "offset",
+    "understeer_gradient",
+    "backlash",
+    "unloading_acceleration",
+    "equivalent_wheelbase",
+    "ratio_times_wheelbase",
+    "understeer_at_steering_wheel",
+)
 _STUCK_SHARE_MAX = 0.4  # of the drive: beyond it, the estimates rest on the stuck signal
 
 

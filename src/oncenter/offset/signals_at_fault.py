@@ -9,7 +9,15 @@ from oncenter.offset.answer import Answer
 from oncenter.plausibility import faults
 from oncenter.verdict.accused import accused_by
 
-_LEARNED = ("offset", "understeer_gradient", "backlash", "unloading_acceleration", "equivalent_wheelbase")
+_LEARNED = (
+    "offset",
+    "understeer_gradient",
+    "backlash",
+    "unloading_acceleration",
+    "equivalent_wheelbase",
+    "ratio_times_wheelbase",
+    "understeer_at_steering_wheel",
+)
 _ABOUT_SIGNALS = (
     "gate_shut",
     "lateral_acceleration_at_standstill",

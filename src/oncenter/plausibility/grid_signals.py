@@ -95,8 +95,8 @@ class GridSignals:
         return front if self.has(*front) else rear
 
     def ratio_times_wheelbase_m(self) -> float | None:
-        """The product by the vehicle file."""
-        return None if self.vehicle is None else self.vehicle.ratio_near_centre * self.vehicle.wheelbase_m
+        """The product by the vehicle file; None where it does not give both."""
+        return None if self.vehicle is None or self.vehicle.assumed else self.vehicle.ratio_times_wheelbase_m
 
     def _without_radii(self, difference: Column) -> Column:
         """Right less left without the part in proportion to speed: unequal tyre wear makes some per mille of it, which

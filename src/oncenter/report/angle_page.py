@@ -12,6 +12,7 @@ from oncenter import _core
 from oncenter.report.angle_course import MOVING_M_S, AngleCourse, Fault
 from oncenter.report.angle_plots import angle_figures
 from oncenter.report.document import document, duration, embedded, joined, key, nothing, number, table
+from oncenter.report.truck_part import of_truck
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
 
@@ -191,8 +192,7 @@ def _error_pictures(divs: dict[str, str]) -> str:
 def _provenance(signals: Signals, vehicle: Vehicle, method: str, smooth: bool, notes: Sequence[str]) -> str:
     truck = {
         "Vehicle": escape(vehicle.name),
-        "Wheelbase": f"{vehicle.wheelbase_m:g} m",
-        "Steering ratio near the centre": f"{vehicle.ratio_near_centre:.4g}",
+        **of_truck(vehicle),
         "Method": escape(method) + (", smoothed with the future" if smooth else ""),
         "Version": f"oncenter {escape(_core.version())}",
         "Log": f"{escape(signals.log)} <span class=quiet>{signals.ticks} ticks at {signals.rate_hz:g} Hz</span>",

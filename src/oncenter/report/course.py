@@ -136,10 +136,8 @@ def _expected_rad(answer: Answer, rows: npt.NDArray[Any], unloading: float) -> n
     """The angle that (10) and the play ask for in the motion that was."""
     motion = rows["motion"]
     lateral_force = motion["lateral_acceleration"] - unloading
-    front_wheel = (
-        answer.vehicle.wheelbase_m * motion["curvature"] + (answer.understeer_gradient.value or 0.0) * lateral_force
-    )
-    expected: npt.NDArray[np.float64] = answer.vehicle.ratio_near_centre * front_wheel
+    by_force = (answer.understeer_at_steering_wheel.value or 0.0) * lateral_force
+    expected: npt.NDArray[np.float64] = answer.vehicle.ratio_times_wheelbase_m * motion["curvature"] + by_force
     return expected + 0.5 * (answer.backlash.value or 0.0) * rows["place"]
 
 

@@ -26,7 +26,7 @@ from oncenter.report.document import (
 from oncenter.report.legend import legend
 from oncenter.report.origin import Origin
 from oncenter.report.plots import STRIP_NAMES, figures
-from oncenter.report.truck_part import truck_section
+from oncenter.report.truck_part import of_truck, truck_section
 from oncenter.report.verdict_part import verdict_header
 from oncenter.signals import DEGREE, SIGNALS
 from oncenter.verdict import verdicts_of
@@ -43,12 +43,16 @@ _QUANTITIES = {
     "yaw_rate_bias": "Yaw rate sensor bias",
     "lateral_acceleration_bias": "Accelerometer bias, lateral",
 }
+_WITHOUT_RATIO = {  # in place of the understeer gradient
+    "understeer_at_steering_wheel": "Understeer, at the steering wheel",
+    "ratio_times_wheelbase": "Steering ratio times wheelbase",
+}
 _CAUSES = {
     "pull": "by a pull, not identifiable from one drive",
     "mean_wind": "by the mean crosswind, not identifiable either",
     "axle_set_up": "by an axle set up for the crown, not identifiable either",
 }
-_UNSIGNED = ("backlash", "understeer_gradient")
+_UNSIGNED = ("backlash", "understeer_gradient", *_WITHOUT_RATIO)
 
 
 def page(answer: Answer, rows: npt.NDArray[Any], origin: Origin | None = None) -> str:
@@ -70,8 +74,11 @@ def page(answer: Answer, rows: npt.NDArray[Any], origin: Origin | None = None) -
 
 
 def _quantities(answer: Answer) -> str:
-    lines = []
-    for name, title in _QUANTITIES.items():
+    lines, titles = [], dict(_QUANTITIES)
+    if "steering_ratio" in answer.vehicle.assumed:
+        del titles["understeer_gradient"]
+        titles |= _WITHOUT_RATIO
+    for name, title in titles.items():
         estimate: Estimate = getattr(answer, name)
         number, interval = _number_and_interval(estimate, signed=name not in _UNSIGNED)
         given = estimate.to_dict()
@@ -300,8 +307,7 @@ def _provenance(answer: Answer) -> str:
     vehicle = answer.vehicle
     truck = {
         "Vehicle": escape(vehicle.name),
-        "Wheelbase": f"{vehicle.wheelbase_m:g} m",
-        "Steering ratio near the centre": f"{vehicle.ratio_near_centre:.4g}",
+        **of_truck(vehicle),
         "Method": escape(answer.method),
         "Version": f"oncenter {escape(answer.version)}",
     }

@@ -228,7 +228,7 @@ def _cloud(answer: Answer, course: Course) -> figure | None:
 
 def _slope(answer: Answer) -> float:
     """rad at the steering wheel per m/s^2."""
-    return answer.vehicle.ratio_near_centre * (answer.understeer_gradient.value or 0.0)
+    return answer.understeer_at_steering_wheel.value or 0.0
 
 
 def _flanks(answer: Answer, course: Course) -> figure | None:
@@ -280,11 +280,14 @@ def _understeer(answer: Answer, course: Course, time: Range1d) -> dict[str, figu
 
 def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figure | None:
     rows = every(len(course.time), 2 * _BINS)
-    values = course.understeer_gradient[rows]
+    is_assumed = "steering_ratio" in answer.vehicle.assumed
+    gradient = course.understeer_gradient * (answer.vehicle.ratio_near_centre if is_assumed else 1.0)
+    values = gradient[rows]
     if not np.isfinite(values).any():
         return None
-    picture = _over_time(course, time, "K_us/g (deg/(m/s²))", _SCATTER_HEIGHT)
-    interval = answer.understeer_gradient.ci95
+    named = "understeer at the steering wheel" if is_assumed else "K_us/g"
+    picture = _over_time(course, time, f"{named} (deg/(m/s²))", _SCATTER_HEIGHT)
+    interval = (answer.understeer_at_steering_wheel if is_assumed else answer.understeer_gradient).ci95
     bounds = np.array(interval or ()) / DEGREE
     if interval is not None:
         picture.add_layout(
@@ -294,7 +297,7 @@ def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figu
         )
     late = values[np.isfinite(values)]
     picture.y_range = range_of(np.concatenate([late[len(late) // 20 :], bounds]))
-    x, columns = broken_at_holes(course.time, rows, course.holes, {"y": course.understeer_gradient})
+    x, columns = broken_at_holes(course.time, rows, course.holes, {"y": gradient})
     picture.line(x, columns["y"], color=COLOURS["estimate"], line_width=2)
     return picture
 
@@ -302,9 +305,9 @@ def _understeer_over_time(answer: Answer, course: Course, time: Range1d) -> figu
 def _bends(answer: Answer, course: Course) -> figure | None:
     """(38): what is left of the angle in bends once offset and play are taken away, and the line through the point at
     which no lateral force acts."""
-    K_us, interval, offset = answer.understeer_gradient.value, answer.understeer_gradient.ci95, answer.offset.value
+    at_wheel, offset = answer.understeer_at_steering_wheel, answer.offset.value
     rows = _bend_rows(answer, course)
-    if not len(rows) or K_us is None or offset is None or answer.understeer_gradient.status == "unobservable":
+    if not len(rows) or at_wheel.value is None or offset is None:
         return None
     played = 0.5 * (answer.backlash.value or 0.0) * course.place
     less = "offset and play" if played.any() else "offset"
@@ -312,11 +315,10 @@ def _bends(answer: Answer, course: Course) -> figure | None:
     picture = _scatter(course.filtered_lateral_acceleration, left, rows, f"residual less {less} (deg)")
     a_0 = course.unloading_acceleration
     ends = np.array([picture.x_range.start, a_0, picture.x_range.end])
-    ratio = answer.vehicle.ratio_near_centre
-    if interval is not None:
-        low, high = (ratio * bound / DEGREE * (ends - a_0) for bound in interval)
+    if at_wheel.ci95 is not None:
+        low, high = (bound / DEGREE * (ends - a_0) for bound in at_wheel.ci95)
         picture.varea(ends, low, high, fill_color=COLOURS["estimate"], fill_alpha=0.25)
-    picture.line(ends, ratio * K_us / DEGREE * (ends - a_0), color=COLOURS["estimate"], line_width=2.5)
+    picture.line(ends, at_wheel.value / DEGREE * (ends - a_0), color=COLOURS["estimate"], line_width=2.5)
     return picture
 
 

@@ -15,8 +15,18 @@ from oncenter.report.origin import Origin
 if TYPE_CHECKING:
     from oncenter.offset.answer import Answer
     from oncenter.signals import Signals
+    from oncenter.vehicle import Vehicle
 
 _SPEED, _LATITUDE, _LONGITUDE = "vehicle_speed_m_s", "latitude_deg", "longitude_deg"
+
+
+def of_truck(vehicle: Vehicle) -> dict[str, str]:
+    """Wheelbase and steering ratio, as far as they are given."""
+    given = {
+        "wheelbase_m": ("Wheelbase", f"{vehicle.wheelbase_m:g} m"),
+        "steering_ratio": ("Steering ratio near the centre", f"{vehicle.ratio_near_centre:.4g}"),
+    }
+    return {title: "not given" if key in vehicle.assumed else value for key, (title, value) in given.items()}
 
 
 def truck_section(answer: Answer, origin: Origin) -> str:

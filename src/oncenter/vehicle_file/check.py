@@ -11,6 +11,8 @@ from oncenter.vehicle import Vehicle
 from oncenter.vehicle_keys import KEYS
 
 _HELPFUL = (
+    "wheelbase_m",
+    "steering_ratio",
     "axle_layout",
     "track_width_front_m",
     "track_width_rear_m",
@@ -34,10 +36,10 @@ class Checked:
 
 def checked(truck: Vehicle, drive: Signals | None) -> Checked:
     """A vehicle in words, with a drive also which of its signals the drive has."""
-    lines = [f"{truck.name}: {', '.join(_first_words(truck))}"]
+    lines = [f"{truck.name}: {', '.join(_first_words(truck)) or 'wheelbase and steering ratio not given'}"]
     lines += [f"  {name} = {value}" for name, value in _given(truck)]
     lines += [f"  unusual: {text}" for text in _unusual(truck)]
-    missing = [name for name in _HELPFUL if getattr(truck, name) is None]
+    missing = [name for name in _HELPFUL if name in truck.assumed or getattr(truck, name) is None]
     if missing:
         lines += ["Not given, and would help:"]
         lines += [f"  {name:24}without it: {KEYS[name].without}" for name in missing]
@@ -52,7 +54,10 @@ def checked(truck: Vehicle, drive: Signals | None) -> Checked:
 def _first_words(truck: Vehicle) -> Iterator[str]:
     if truck.axle_layout is not None:
         yield truck.axle_layout
-    yield f"wheelbase {truck.wheelbase_m:g} m"
+    if "wheelbase_m" not in truck.assumed:
+        yield f"wheelbase {truck.wheelbase_m:g} m"
+    if "steering_ratio" in truck.assumed:
+        return
     kind = "polynomial, " if isinstance(truck.steering_ratio, tuple) else ""
     yield f"steering ratio {kind}{truck.ratio_near_centre:.4g}"
 

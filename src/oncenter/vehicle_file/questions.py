@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from typing import Any
 
 from oncenter.errors import OncenterError
@@ -23,9 +23,6 @@ PROMPTED = (
 )
 _MEANING = {"dbc": "CAN database of this truck's logs, for logs that are not J1939: .dbc .kcd .sym .arxml."}
 _WIDTH = 100  # characters of a line
-ASSUMED_RATIO = 19.3  # Table 2 of the thesis
-_ASSUMED = "assumed, not measured: usual for heavy trucks (Table 2 of the thesis)"
-_MINIMUM = {"wheelbase_m": 3.7, "steering_ratio": ASSUMED_RATIO}  # to check another key on its own
 
 
 def answers(
@@ -47,22 +44,17 @@ def answers(
         value = _answer(key, name, ask, say)
         if value is not None:
             values[key.name] = value
-        elif key.name == "steering_ratio":
-            values |= {"steering_ratio": ASSUMED_RATIO, "source": {"steering_ratio": _ASSUMED}}
         elif key.name == "name":
             values["name"] = name
     return values
 
 
 def _answer(key: Key, name: str, ask: Callable[[str], str], say: Callable[[str], None]) -> Any:
-    """The first valid answer; None for an empty one where that is possible."""
+    """The first valid answer; None for an empty one."""
     while True:
         written = ask(_prompt(key, name)).strip()
         if not written:
-            if key.name != "wheelbase_m":
-                return None
-            say("  wheelbase_m is required: without it there is no answer")
-            continue
+            return None
         try:
             return parsed(key, written)
         except OncenterError as error:
@@ -70,13 +62,14 @@ def _answer(key: Key, name: str, ask: Callable[[str], str], say: Callable[[str],
 
 
 def _prompt(key: Key, name: str) -> str:
-    default = {"name": name, "steering_ratio": f"{ASSUMED_RATIO:g}, to be measured later", "wheelbase_m": ""}
+    unknown = "leave out: estimated from the drive"
+    default = {"name": name, "wheelbase_m": unknown, "steering_ratio": unknown}
     empty = default.get(key.name, "leave out")
     unit = f" in {key.unit}" if key.unit else ""
     choices = f" ({', '.join(key.choices)})" if key.choices else ""
     if key.name == "dbc":  # a person names a file from here; the vehicle file gets the path from its own folder
         choices = ", relative to the current folder, several with commas between them"
-    return f"{key.name}{unit}{choices}{f' [{empty}]' if empty else ''}: "
+    return f"{key.name}{unit}{choices} [{empty}]: "
 
 
 def parsed(key: Key, written: str) -> Any:
@@ -86,9 +79,8 @@ def parsed(key: Key, written: str) -> Any:
         OncenterError: "vehicle_file", exit code 2: a vehicle file does not accept it.
     """
     value = _value(key, written)
-    values: Mapping[str, Any] = {**_MINIMUM, key.name: value}
     try:
-        vehicle_from(values, "")
+        vehicle_from({key.name: value}, "")
     except OncenterError as error:
         message = str(error).removeprefix("vehicle file : ")
         raise OncenterError(message, code=error.code, exit_code=error.exit_code) from None

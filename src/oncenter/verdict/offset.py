@@ -65,10 +65,10 @@ def case_of(answer: Estimates) -> Case:
 def has_evidence(answer: Estimates) -> bool:
     """Enough driving, by a truck that understeers, with an accelerometer that can be used: the interval holds, even
     where it is too wide for a valid offset."""
-    gradient, is_joint = answer.understeer_gradient.value, answer.method == "joint"
+    at_wheel, is_joint = answer.understeer_at_steering_wheel.value, answer.method == "joint"
     if answer.offset.status == "valid":
         return True
-    understeers = gradient is not None and gradient >= GRADIENT_MIN
+    understeers = at_wheel is not None and at_wheel >= GRADIENT_MIN * answer.vehicle.ratio_near_centre
     is_enough = answer.used_s >= answer.params["joint_evidence_min_s"] and not is_narrow(answer)
     return is_joint and understeers and is_enough and not finding_of(answer, "lateral_acceleration_moves", "warning")
 

@@ -68,8 +68,8 @@ class Page:
         self.said("PUT", f"/logs/{key}", content)
         return str(key)
 
-    def answer(self, *logs: str) -> dict[str, Any]:
-        asked = {"group": "shipped", "name": "scania_r730_4x2", "logs": logs}
+    def answer(self, *logs: str, **given: str) -> dict[str, Any]:
+        asked = {"group": "shipped", "name": "scania_r730_4x2", "logs": logs, **given}
         key = self.said("POST", "/answers", asked)["answer"]
         until = time.monotonic() + 60.0
         while (answer := self.said("GET", f"/answers/{key}"))["state"] == "running":
@@ -131,7 +131,7 @@ def test_a_truck_is_kept_as_people_write_it_and_never_replaced(page: Page) -> No
     assert (truck.name, truck.wheelbase_m, truck.steering_ratio) == ("M/AB ../12", 3.7, 19.3)
     assert "choose it" in page.refused("POST", "/trucks", form)
     for wrong, said in (
-        ({"wheelbase_m": "long"}, "wheelbase is no number: long"),
+        ({"wheelbase_m": "long"}, "wheelbase is not a number: long"),
         ({"name": " "}, "give the truck a name"),
     ):
         assert said in page.refused("POST", "/trucks", FORM | wrong)
@@ -186,6 +186,27 @@ def test_the_page_says_what_the_command_says(page: Page, log: Path, capsys: pyte
     assert status == 200 and b"Straight-ahead offset" in report and str(page.trucks.parent).encode() not in report
 
 
+def test_a_truck_that_nobody_describes_has_an_answer_too(page: Page, log: Path) -> None:
+    (page.trucks / "side.toml").parent.mkdir(exist_ok=True)
+    kept = page.said(
+        "POST", "/trucks", {"name": "a guest", "traffic_side": "left", "wheelbase_m": "", "axle_layout": ""}
+    )
+    assert 'traffic_side = "left"' in (page.trucks / f"{kept['name']}.toml").read_text()
+    key = page.drop(log)
+    for group, name in (("unknown", "unknown"), (kept["group"], kept["name"])):
+        answer = page.answer(key, group=group, name=name)
+        assert "unknown_truck" in [finding["code"] for finding in answer["said"]["findings"]]
+
+
+def test_limit_and_applied_correction_are_those_of_the_form(page: Page, log: Path) -> None:
+    answer = page.answer(page.drop(log), limit="1,5 deg", applied="-2")
+    assert answer["said"]["limit_deg"] == 1.5
+    correction = answer["said"]["correction"]
+    assert correction["total_deg"] - correction["remaining_deg"] == pytest.approx(-2.0)
+    asked = {"group": "unknown", "logs": ["x"], "limit": "two"}
+    assert "limit is not a number: two" in page.refused("POST", "/answers", asked)
+
+
 def test_a_log_without_an_answer_has_the_command_s_error(page: Page, tmp_path: Path) -> None:
     (tmp_path / "empty.csv").write_text("time_s,speed\n1,2\n")
     answer = page.answer(page.drop(tmp_path / "empty.csv"))
@@ -223,7 +244,7 @@ def test_a_mechanic_goes_from_the_first_page_to_the_report(page: Page, log: Path
         note_errors(opened, faults)
         opened.goto(f"http://127.0.0.1:{page.port}/?key={page.key}")
         assert "key" not in opened.url
-        opened.click("summary")
+        opened.click("#other summary")
         for field in ("name", "wheelbase_m", "steering_ratio"):
             opened.fill(f"[name={field}]", FORM[field])
         opened.click("form button")

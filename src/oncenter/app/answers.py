@@ -48,12 +48,12 @@ class Answers:
             _end(answer)
         self._folder.cleanup()
 
-    def begin(self, logs: Sequence[Path], vehicle: str) -> str:
+    def begin(self, logs: Sequence[Path], options: Sequence[str]) -> str:
         """The key of an answer that is begun; needs a running event loop.
 
         Args:
             logs: of one folder.
-            vehicle: as `--vehicle` takes it.
+            options: of `oncenter offset`.
 
         Raises:
             OncenterError: "too_many": others run.
@@ -64,7 +64,7 @@ class Answers:
             self._of.pop(key).report.unlink(missing_ok=True)
         key = secrets.token_urlsafe(12)
         answer = self._of[key] = Answer(Path(self._folder.name) / f"{key}.html")
-        task = asyncio.create_task(_run(answer, logs, vehicle))
+        task = asyncio.create_task(_run(answer, logs, options))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
         return key
@@ -79,8 +79,8 @@ class Answers:
             _end(answer)
 
 
-async def _run(answer: Answer, logs: Sequence[Path], vehicle: str) -> None:
-    options = ["--vehicle", vehicle, "--json", "--report", str(answer.report)]
+async def _run(answer: Answer, logs: Sequence[Path], options: Sequence[str]) -> None:
+    options = [*options, "--json", "--report", str(answer.report)]
     answer.process = await asyncio.create_subprocess_exec(
         sys.executable,
         *("-m", "oncenter", "offset", *options, "--", *(log.name for log in logs)),  # the report shows the names

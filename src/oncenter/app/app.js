@@ -42,7 +42,7 @@ part("form").addEventListener("submit", (event) => {
       list = made("optgroup");
       list.label = texts[group];
       list.dataset.group = group;
-      part("truck").children[0].after(list);
+      part("truck").children[1].after(list);
     }
     const option = made("option", part("form").elements.name.value);
     option.value = name;
@@ -121,7 +121,8 @@ let running = null; // key of the answer that is being made
 part("begin").addEventListener("click", async () => {
   const shown = part("answer");
   const chosen = part("truck").selectedOptions[0];
-  const given = {group: chosen.parentElement.dataset.group, name: chosen.value};
+  const given = {group: chosen.parentElement.dataset.group ?? chosen.value, name: chosen.value};
+  for (const field of ["limit", "applied"]) given[field] = part(field).value;
   part("begin").disabled = true;
   shown.replaceChildren(made("p", texts.reading), made("progress"));
   try {

@@ -18,7 +18,7 @@ from tornado.web import Application, HTTPError, stream_request_body
 from oncenter.app.answers import Answers
 from oncenter.app.guard import BODY_BYTES_MAX, Guarded, cookie_name
 from oncenter.app.texts import ENGLISH
-from oncenter.app.trucks import Trucks
+from oncenter.app.trucks import Trucks, number
 from oncenter.app.uploads import Upload, Uploads
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import SUFFIXES
@@ -192,15 +192,15 @@ class _Answers(Guarded):
 
     async def post(self) -> None:
         asked = _asked(self)
-        vehicle = self._trucks.vehicle(str(asked.get("group")), str(asked.get("name")))
         logs = [self._uploads.of(str(key)) for key in asked.get("logs", ())]
         whole = [upload.path for upload in logs if upload is not None and upload.is_whole]
         try:
-            if vehicle is None:
-                raise OncenterError(ENGLISH["needs_truck"], code="no_truck")
+            options = self._trucks.options(str(asked.get("group")), str(asked.get("name")))
+            for field in ("limit", "applied"):
+                options += [f"--{field}={number(field, asked):g}"] if asked.get(field) else []
             if not whole or len(whole) < len(logs):
                 raise OncenterError(ENGLISH["waits" if logs else "needs_log"], code="no_log")
-            self.finish({"answer": self._answers.begin(whole, vehicle)})
+            self.finish({"answer": self._answers.begin(whole, options)})
         except OncenterError as error:
             self.refuse(error)
 

@@ -12,7 +12,10 @@ ENGLISH: Mapping[str, str] = {
     "choose": "Choose a truck",
     "yours": "Your trucks",
     "shipped": "Examples",
+    "unknown": "I don't know the truck",
     "another_truck": "Another truck",
+    "may_be_empty": "Leave empty what you don't know: the drive shows wheelbase times ratio, and the interval is a "
+    "little wider.",
     "name": "Name or number plate",
     "name_where": "How you want to find it next time.",
     "wheelbase_m": "Wheelbase",
@@ -20,7 +23,7 @@ ENGLISH: Mapping[str, str] = {
     "drawing. Usually 3.5 to 6.5 m.",
     "steering_ratio": "Steering ratio",
     "steering_ratio_where": "Turns of the steering wheel for one turn of the front wheels, in the data sheet of the "
-    "steering gear. Usually 16 to 24; 19.3 where you do not know it.",
+    "steering gear. Usually 16 to 24.",
     "axle_layout": "Axles",
     "axle_layout_where": "Wheels x driven wheels.",
     "traffic_side": "Driven on",
@@ -35,6 +38,12 @@ ENGLISH: Mapping[str, str] = {
     "remove": "remove",
     "cancel": "Cancel",
     "answer": "3. The answer",
+    "limit": "Limit (deg)",
+    "limit_where": "Recalibrate from this offset on. 2 deg, if the truck's maker gives no other.",
+    "applied": "Correction that is already applied (deg)",
+    "applied_where": "What the control unit adds to the sensor's reading today, by the diagnostic tool. Empty "
+    "for none.",
+    "more": "Limit and correction",
     "estimate": "Estimate the offset",
     "reading": "Reading and estimating …",
     "of": "of",

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
+from oncenter.app.texts import ENGLISH
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import file_stem
 from oncenter.files.whole_file import write_whole
 from oncenter.vehicle_file.new import new_vehicle_file
 from oncenter.vehicle_file.shipped_files import shipped_names
 
+UNKNOWN = "unknown"  # group and name of a truck that nobody describes
 _NUMBERS = ("wheelbase_m", "steering_ratio")
 _WORDS = ("axle_layout", "traffic_side")
 
@@ -28,11 +31,17 @@ class Trucks:
         own = sorted(path.stem for path in self._folder.glob("*.toml")) if self._folder.is_dir() else []
         return {"yours": {stem: unquote(stem) for stem in own}, "shipped": {name: name for name in shipped_names()}}
 
-    def vehicle(self, group: str, name: str) -> str | None:
-        """The value of `--vehicle` for a name of `names`; None for any other."""
+    def options(self, group: str, name: str) -> list[str]:
+        """The options of `oncenter offset` for a name of `names`, or for the truck of group `UNKNOWN`.
+
+        Raises:
+            OncenterError: "no_truck": any other.
+        """
+        if group == UNKNOWN:
+            return []
         if name not in self.names().get(group, {}):
-            return None
-        return name if group == "shipped" else str(self._folder / f"{name}.toml")
+            raise OncenterError(ENGLISH["needs_truck"], code="no_truck")
+        return ["--vehicle", name if group == "shipped" else str(self._folder / f"{name}.toml")]
 
     def keep(self, form: Mapping[str, Any]) -> str:
         """Writes a vehicle file from what a person typed; the name of the file.
@@ -50,7 +59,7 @@ class Trucks:
                 code="truck_exists",
                 exit_code=WRONG_USAGE,
             )
-        values = {"name": name, **{field: _number(field, form) for field in _NUMBERS}}
+        values = {"name": name, **{field: number(field, form) for field in _NUMBERS if form.get(field)}}
         values |= {field: form[field] for field in _WORDS if form.get(field)}
         text = new_vehicle_file(path, values, [])
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -58,14 +67,18 @@ class Trucks:
         return path.stem
 
 
-def _number(field: str, form: Mapping[str, Any]) -> float:
-    """As people write it: 3,7 or 3.7 m."""
-    written = str(form.get(field, "")).strip()
+def number(field: str, form: Mapping[str, Any]) -> float:
+    """As people write it: 3,7 or 3.7 m.
+
+    Raises:
+        OncenterError: "vehicle_file": it is not a number.
+    """
+    written = str(form[field]).strip()
     try:
-        return float(written.removesuffix("m").strip().replace(",", "."))
+        return float(re.sub(r"\s*(m|deg|°)$", "", written).replace(",", "."))
     except ValueError:
-        what = "missing" if not written else f"no number: {written}"
-        raise _wrong(f"{field.rpartition('_m')[0] or field} is {what}".replace("_", " ")) from None
+        about = (field.rpartition("_m")[0] or field).replace("_", " ")
+        raise _wrong(f"{about} is not a number: {written}") from None
 
 
 def _wrong(message: str) -> OncenterError:

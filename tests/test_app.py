@@ -70,7 +70,9 @@ class Page:
 
     def answer(self, *logs: str, **given: str) -> dict[str, Any]:
         asked = {"group": "shipped", "name": "scania_r730_4x2", "logs": logs, **given}
-        key = self.said("POST", "/answers", asked)["answer"]
+        return self.ended(self.said("POST", "/answers", asked)["answer"])
+
+    def ended(self, key: str) -> dict[str, Any]:
         until = time.monotonic() + 60.0
         while (answer := self.said("GET", f"/answers/{key}"))["state"] == "running":
             assert time.monotonic() < until
@@ -196,6 +198,15 @@ def test_a_truck_that_nobody_describes_has_an_answer_too(page: Page, log: Path) 
     for group, name in (("unknown", "unknown"), (kept["group"], kept["name"])):
         answer = page.answer(key, group=group, name=name)
         assert "unknown_truck" in [finding["code"] for finding in answer["said"]["findings"]]
+
+
+def test_two_drives_are_compared_and_have_a_certificate(page: Page, log: Path) -> None:
+    before, after = (page.answer(page.drop(log))["key"] for _ in range(2))
+    comparison = page.ended(page.said("POST", "/comparisons", {"before": before, "after": after})["answer"])
+    assert comparison["said"]["schema"] == "oncenter/compare-1"
+    status, certificate = page.ask("GET", f"/answers/{comparison['key']}/report")
+    assert status == 200 and b"Name, signature" in certificate
+    assert "another drive" in page.refused("POST", "/comparisons", {"before": before, "after": before})
 
 
 def test_limit_and_applied_correction_are_those_of_the_form(page: Page, log: Path) -> None:

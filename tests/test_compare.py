@@ -265,3 +265,18 @@ def test_answers_of_two_trucks_are_not_compared(tmp_path: Path) -> None:
     with pytest.raises(oc.OncenterError, match="VIN") as refused:
         oc.compare(*answers)
     assert refused.value.code == "different_trucks"
+
+
+def test_the_certificate_says_what_the_comparison_says_and_has_lines_to_fill_in(tmp_path: Path) -> None:
+    for name, value in (("before", 3.0), ("after", 0.1)):
+        (tmp_path / f"{name}.json").write_text(json.dumps(answer_json(value, log=f"{name} <b>.log")))
+    page = tmp_path / "certificate.html"
+    places = [*(str(tmp_path / f"{name}.json") for name in ("before", "after")), "--in-given-order"]
+    assert run(["compare", *places, "--report", str(page)]) == 0
+    text = page.read_text(encoding="utf-8")
+    assert "Calibration successful" in text and "The offset changed by −2.9" in text
+    assert "between +0.0 and +0.2 deg" in text
+    assert "before &lt;b&gt;.log" in text and "<b>.log" not in text
+    for blank in ("VIN", "Plate", "Mileage", "Correction that was entered", "Name, signature"):
+        assert blank in text
+    assert run(["compare", *places, "--report", places[0]]) == 2  # the page would replace the answer

@@ -1,5 +1,5 @@
-"""Answers of the page: each is one run of `oncenter offset` in a process of its own, so that the page says what the
-command says, and a cancelled one leaves nothing behind."""
+"""Answers of the page: each is one run of `oncenter offset` or `oncenter compare` in a process of its own, so that the
+page says what the command says, and a cancelled one leaves nothing behind."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from oncenter.app.texts import ENGLISH
 from oncenter.errors import OncenterError
 
 RUNNING_MAX = 2  # at once
@@ -24,7 +25,7 @@ KEPT_MAX = 20  # answers with their reports
 
 @dataclass
 class Answer:
-    """`state` is "running", "done", "failed" or "cancelled"; `said` is the JSON of `oncenter offset`."""
+    """`state` is "running", "done", "failed" or "cancelled"; `said` is the JSON of the command."""
 
     report: Path
     state: str = "running"
@@ -58,16 +59,34 @@ class Answers:
         Raises:
             OncenterError: "too_many": others run.
         """
+        return self._begin("offset", logs, options)
+
+    def _begin(self, verb: str, inputs: Sequence[Path], options: Sequence[str]) -> str:
         if sum(answer.state == "running" for answer in self._of.values()) >= RUNNING_MAX:
             raise OncenterError(f"{RUNNING_MAX} answers are being made: wait, or cancel one", code="too_many")
         for key in list(self._of)[: 1 - KEPT_MAX]:
             self._of.pop(key).report.unlink(missing_ok=True)
         key = secrets.token_urlsafe(12)
         answer = self._of[key] = Answer(Path(self._folder.name) / f"{key}.html")
-        task = asyncio.create_task(_run(answer, logs, options))
+        task = asyncio.create_task(_run(answer, verb, inputs, options))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
         return key
+
+    def begin_comparison(self, before: str, after: str) -> str:
+        """The key of a comparison of two answers that are done; its report is the certificate.
+
+        Raises:
+            OncenterError: "too_many"; "no_answer": one of them is not done.
+        """
+        answers = [self._of.get(key) for key in (before, after)]
+        done = [answer for answer in answers if answer is not None and answer.state == "done"]
+        if len(done) < 2 or before == after:
+            raise OncenterError(ENGLISH["needs_two"], code="no_answer")
+        files = [answer.report.with_suffix(".json") for answer in done]
+        for answer, file in zip(done, files, strict=True):
+            file.write_text(json.dumps(answer.said), encoding="utf-8")
+        return self._begin("compare", files, ["--in-given-order"])
 
     def of(self, key: str) -> Answer | None:
         return self._of.get(key)
@@ -79,12 +98,12 @@ class Answers:
             _end(answer)
 
 
-async def _run(answer: Answer, logs: Sequence[Path], options: Sequence[str]) -> None:
+async def _run(answer: Answer, verb: str, inputs: Sequence[Path], options: Sequence[str]) -> None:
     options = [*options, "--json", "--report", str(answer.report)]
     answer.process = await asyncio.create_subprocess_exec(
         sys.executable,
-        *("-m", "oncenter", "offset", *options, "--", *(log.name for log in logs)),  # the report shows the names
-        cwd=logs[0].parent,
+        *("-m", "oncenter", verb, *options, "--", *(path.name for path in inputs)),  # the report shows the names
+        cwd=inputs[0].parent,
         stdin=asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
@@ -100,7 +119,7 @@ async def _run(answer: Answer, logs: Sequence[Path], options: Sequence[str]) -> 
     except ValueError:
         ended = err.decode(errors="replace").strip().removeprefix("oncenter: ")
         answer.said = {"code": "bug", "message": ended or f"it ended with code {answer.process.returncode}"}
-    answer.state = "done" if "verdicts" in answer.said else "failed"
+    answer.state = "failed" if "message" in answer.said else "done"
 
 
 def _end(answer: Answer) -> None:

@@ -118,17 +118,25 @@ for (const kind of ["dragover", "dragleave", "drop"]) {
 const sleep = (seconds) => new Promise((done) => setTimeout(done, 1000 * seconds));
 let running = null; // key of the answer that is being made
 
-part("begin").addEventListener("click", async () => {
-  const shown = part("answer");
+const answers = new Map(); // by key: the logs and the verdict, for a comparison
+
+part("begin").addEventListener("click", () => {
   const chosen = part("truck").selectedOptions[0];
   const given = {group: chosen.parentElement.dataset.group ?? chosen.value, name: chosen.value};
   for (const field of ["limit", "applied"]) given[field] = part(field).value;
+  given.logs = [...logs.values()].map((log) => log.key);
+  const names = [...logs.keys()].map((row) => row.firstChild.textContent).join(", ");
+  begin("/answers", given, (key, {verdicts}) => show(key, verdicts, names));
+});
+
+// One run of a command: what it says is shown by `done`.
+async function begin(path, given, done) {
+  const shown = part("answer");
   part("begin").disabled = true;
   shown.replaceChildren(made("p", texts.reading), made("progress"));
   try {
-    const keys = [...logs.values()].map((log) => log.key);
-    running = (await send("POST", "/answers", {...given, logs: keys})).answer;
-    const key = running;
+    const key = (await send("POST", path, given)).answer;
+    running = key;
     part("cancel").hidden = false;
     let state, said;
     do {
@@ -137,14 +145,14 @@ part("begin").addEventListener("click", async () => {
     } while (state === "running");
     if (state === "cancelled") shown.replaceChildren(made("p", texts.cancelled));
     else if (state === "failed") shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"));
-    else show(shown, key, said.verdicts);
+    else shown.replaceChildren(...done(key, said));
   } catch (error) {
     shown.replaceChildren(made("p", error.message, "wrong"));
   }
   running = null;
   part("begin").disabled = false;
   part("cancel").hidden = true;
-});
+}
 
 part("cancel").addEventListener("click", () => {
   if (running) send("DELETE", `/answers/${running}`).catch(() => {});
@@ -156,7 +164,14 @@ const said = ({word, headline}) => {
   return rest[0].toUpperCase() + rest.slice(1);
 };
 
-function show(shown, key, [first, ...others]) {
+function link(text, key) {
+  const report = made("a", text, "button");
+  report.href = `/answers/${key}/report`;
+  report.target = "_blank";
+  return report;
+}
+
+function show(key, [first, ...others], names) {
   const verdict = made("div", "", `verdict ${first.state}`);
   verdict.append(made("span", `${marks[first.state]} ${first.word}`, "state"), made("h3", said(first)));
   for (const [text, name] of [[first.action, "action"], [first.note, "note"]]) if (text) verdict.append(made("p", text, name));
@@ -166,10 +181,32 @@ function show(shown, key, [first, ...others]) {
     row.append(made("span", `${marks[state]} ${word}`, `state ${state}`), ` ${about}: ${said({word, headline})} ${state === "ok" ? "" : action}`);
     list.append(row);
   }
-  const report = made("a", texts.report, "button");
-  report.href = `/answers/${key}/report`;
-  report.target = "_blank";
   const buttons = made("p");
-  buttons.append(report);
-  shown.replaceChildren(verdict, list, buttons);
+  buttons.append(link(texts.report, key));
+  const shown = [verdict, list, buttons];
+  if (answers.size) shown.push(comparing(key));
+  answers.set(key, `${names}: ${first.headline}`);
+  return shown;
+}
+
+// Before and after: the drive before is one of the former answers.
+function comparing(after) {
+  const label = made("label", texts.compare), choice = made("select"), button = made("button", texts.compared);
+  for (const [key, name] of answers) {
+    const option = made("option", name);
+    option.value = key;
+    choice.append(option);
+  }
+  label.append(choice);
+  button.addEventListener("click", () => {
+    begin("/comparisons", {before: choice.value, after}, (key, {headline, action}) => {
+      const verdict = made("div", "", "verdict"), buttons = made("p");
+      verdict.append(made("h3", headline), made("p", action, "action"));
+      buttons.append(link(texts.certificate, key));
+      return [verdict, buttons];
+    });
+  });
+  const parts = made("div");
+  parts.append(label, button);
+  return parts;
 }

@@ -79,6 +79,7 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
             (r"/logs", _Logs, {"uploads": uploads}),
             (r"/logs/([\w-]+)", _Log, {"uploads": uploads}),
             (r"/answers", _Answers, places),
+            (r"/comparisons", _Comparisons, {"answers": answers}),
             (r"/answers/([\w-]+)", _Answer, {"answers": answers}),
             (r"/answers/([\w-]+)/report", _Report, {"answers": answers}),
         ],
@@ -201,6 +202,19 @@ class _Answers(Guarded):
             if not whole or len(whole) < len(logs):
                 raise OncenterError(ENGLISH["waits" if logs else "needs_log"], code="no_log")
             self.finish({"answer": self._answers.begin(whole, options)})
+        except OncenterError as error:
+            self.refuse(error)
+
+
+class _Comparisons(Guarded):
+    def initialize(self, answers: Answers) -> None:
+        self._answers = answers
+
+    async def post(self) -> None:
+        asked = _asked(self)
+        try:
+            key = self._answers.begin_comparison(str(asked.get("before")), str(asked.get("after")))
+            self.finish({"answer": key})
         except OncenterError as error:
             self.refuse(error)
 

@@ -36,6 +36,9 @@ def compare(
         bool,
         typer.Option("--in-given-order", help="BEFORE was driven first, whatever the start times."),
     ] = False,
+    report: Annotated[
+        Path | None, typer.Option(metavar="OUT.html", help="Write a certificate: one page to print and to sign.")
+    ] = None,
     json: Json = False,
     dbc: Dbc = None,
     source: Source = None,
@@ -48,11 +51,21 @@ def compare(
     """
     from oncenter.offset.compare import compared, in_order
 
+    if report is not None:
+        from oncenter.cli.overwriting import spare_inputs
+        from oncenter.report import check_report
+
+        spare_inputs({"--report": report}, [before, after, vehicle_file])
+        check_report(report, "--report")
     take = sources_of(source)
     one, other = (_offset(place, vehicle_file, dbc or (), take) for place in (before, after))
     first, second = (one, other) if in_given_order else in_order(one, other)
     comparison = compared(first, second, second.limit_deg if limit is None else limit)
     typer.echo(comparison.to_json() if json else str(comparison))
+    if report is not None:
+        from oncenter.report import report_comparison
+
+        report_comparison(comparison, report)
 
 
 def _offset(place: Path, vehicle_file: str | None, dbc: Sequence[Path], take: Mapping[str, str]) -> Offset:

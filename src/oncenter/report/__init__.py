@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     import polars as pl
 
     from oncenter.offset.answer import Answer
+    from oncenter.offset.compare import Comparison
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
@@ -75,6 +76,25 @@ def report(answer: Answer, path: str | os.PathLike[str]) -> None:
     from oncenter.report.page import page
 
     _write(path, page(answer, outputs_of(answer), origin_of(answer.drives)))
+
+
+def report_comparison(comparison: Comparison, path: str | os.PathLike[str]) -> None:
+    """Writes the certificate of a repair: one page to print and to sign.
+
+    Args:
+        comparison: as `oncenter.offset.compare.compare` gives it.
+        path: as of `report`.
+
+    Raises:
+        OncenterError: as `report`.
+    """
+    check_report(path)
+    import time
+
+    from oncenter.report.certificate import certificate
+    from oncenter.utc import utc
+
+    _write(path, certificate(comparison, utc(time.time())))
 
 
 def _write(path: str | os.PathLike[str], html: str) -> None:

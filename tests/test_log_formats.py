@@ -100,7 +100,7 @@ def test_text_of_no_format_is_none() -> None:
 
 
 OTHERS = {
-    "an Excel": (b"PK\x03\x04\x14\0\6\0", "drive.xlsx", "Office document"),
+    "an Excel": (b"PK\x03\x04" + bytes(26) + b"[Content_Types].xml", "drive.xlsx", "Office document"),
     "a database": (b'VERSION ""\nNS_ :\n', "truck.log", "a DBC database, which follows --dbc"),
     "a capture": (b"\n\r\r\n\x1c\0\0\0", "drive.pcapng", "a pcapng capture"),
     "a page": (b"<!DOCTYPE html>\n<html>\n", "drive.csv", "XML or HTML"),

@@ -17,7 +17,8 @@ from typing import Any, TextIO
 from oncenter.errors import INTERRUPTED, LOG_CANNOT_BE_ANSWERED, STATUS_TO_FAIL_ON, WRONG_USAGE, OncenterError
 from oncenter.files.child import begin, collect_rarely
 from oncenter.files.file_name import printable, printable_json, printable_lines
-from oncenter.files.log_formats import READ_HERE, READER, SUFFIXES
+from oncenter.files.log_formats import READ_HERE, READER
+from oncenter.files.packed_names import has_log_name
 
 _READING = ("offset", "angle", "reference", "signals")  # the commands that read logs one by one
 _FILE_CANNOT_BE_WRITTEN = 1  # after the answer was printed
@@ -126,7 +127,7 @@ def _begin_reader(arguments: Sequence[str]) -> None:
     named = [argument.lower() for argument in arguments]
     if {"-h", "--help"} & set(named) or not named or named[0] not in _READING:
         return
-    if any(name.endswith(SUFFIXES) and not name.endswith(READ_HERE) for name in named):
+    if any(has_log_name(name) and not name.endswith(READ_HERE) for name in named):
         begin(READER)
 
 

@@ -13,6 +13,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.folder import OUTSIDE, files_below, is_bag_folder, is_log
 from oncenter.files.log_formats import ANY_TEXT, HEAD_BYTES, SUFFIXES, format_of_content
 from oncenter.files.other_files import other_kind
+from oncenter.files.packed_names import has_log_name, packing_of
 from oncenter.files.regular_file import open_regular_file
 from oncenter.read.plugins import plugin_for
 
@@ -59,12 +60,13 @@ def logs_at(names: Sequence[str]) -> Places:
         )
     given = [Path(name) for name in names]
     folders = [place for place in given if os.path.isdir(place) and not (is_bag_folder(place) or plugin_for(place))]
-    named = [place for place in given if place not in folders]
+    named = [log for place in given if place not in folders for log in _in_archive(place)]
     below = list(files_below([os.fspath(folder) for folder in folders]))
     unlisted = tuple(_outside(path) if fault == OUTSIDE else _unlisted(path) for path, fault in below if fault)
     files = [path for path, fault in below if not fault]
     are_logs = {path: is_log(os.path.basename(path)) or _is_text_log(path) for path in files}
-    found = sorted((Path(path) for path, is_one in are_logs.items() if is_one), key=_by_name)
+    in_folders = [log for path, is_one in are_logs.items() if is_one for log in _in_archive(Path(path))]
+    found = sorted(in_folders, key=_by_name)
     skipped = [Path(path) for path, is_one in are_logs.items() if not is_one]
     logs = [log for log in named if not _is_other_file(log)]
     skipped += [log for log in named if _is_other_file(log)]
@@ -72,8 +74,22 @@ def logs_at(names: Sequence[str]) -> Places:
         if not folders:  # reading gives the reason for each
             return logs_named(named)
         raise _without_logs(folders, len(skipped), unlisted)
-    every = sorted({*logs, *found}, key=_by_name) if folders else list(dict.fromkeys(logs))
-    return Places(tuple(every), bool(folders), _twice(logs), unlisted, _notes(skipped))
+    has_folder = bool(folders) or len(logs) > len(given)
+    every = sorted({*logs, *found}, key=_by_name) if has_folder else list(dict.fromkeys(logs))
+    return Places(tuple(every), has_folder, _twice(logs), unlisted, _notes(skipped))
+
+
+def _in_archive(path: Path) -> list[Path]:
+    """The logs of a ZIP archive with several; else the path itself."""
+    if path == STANDARD_INPUT or not os.path.isfile(path) or packing_of(_head_of(path), path.name) != "zip":
+        return [path]
+    from oncenter.read.apart import logs_of_archive  # late import: few logs are in archives
+
+    try:
+        logs = logs_of_archive(path)
+    except OncenterError:  # reading reports it
+        return [path]
+    return [path / log for log in logs] if len(logs) > 1 else [path]
 
 
 def _by_name(path: Path) -> list[str | int]:
@@ -83,9 +99,11 @@ def _by_name(path: Path) -> list[str | int]:
 
 def _is_other_file(path: Path) -> bool:
     is_file = path != STANDARD_INPUT and os.path.isfile(path)
-    if not is_file or path.name.lower().endswith(SUFFIXES) or plugin_for(path) is not None:
+    if not is_file or has_log_name(path.name) or plugin_for(path) is not None:
         return False
     head = _head_of(path)
+    if packing_of(head, path.name):
+        return False
     return bool(other_kind(head)) or format_of_content(head, path.name) is None
 
 

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import Final, Literal, NamedTuple
 
-from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.packed_names import has_log_name
 from oncenter.files.whole_file import UNFINISHED
 
 _BAG_MARK = "metadata.yaml"
@@ -18,8 +18,8 @@ BAG_PARTS = (".mcap", ".db3", ".mcap.zstd", ".db3.zstd")
 
 
 def is_log(name: str) -> bool:
-    """Whether a file is a log, by its name."""
-    return name.lower().endswith(SUFFIXES) and not name.startswith(UNFINISHED)
+    """Whether a file is a log, by its name, packed or not; a ZIP archive may hold some."""
+    return has_log_name(name) and not name.startswith(UNFINISHED)
 
 
 def is_bag_folder(path: str | os.PathLike[str]) -> bool:

@@ -183,7 +183,8 @@ def format_of_content(head: bytes, name: str) -> Format | None:
     """
     text = as_utf_8(head)
     found = [row for row in FORMATS if row.is_of(head, text)]
-    named = [row for row in FORMATS if name.lower().endswith(row.suffixes)]
+    names = name.lower(), re.sub(r"\.(?:gz|bz2|xz|zstd?|zip)$", "", name.lower())  # of a file that was packed
+    named = [row for row in FORMATS if any(each.endswith(row.suffixes) for each in names)]
     of_both = [row for row in found if row in named]
     by_name = [row for row in named if ANY_TEXT not in row.suffixes]
     return next(iter([*of_both, *found, *by_name]), _TABLE if _has_columns(text) else None)

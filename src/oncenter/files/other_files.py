@@ -13,7 +13,6 @@ _BEGINS = {
     b"%PDF": "a PDF",
     b"7z\xbc\xaf": "a 7z archive",
     b"Rar!": "a RAR archive",
-    b"\xfd7zXZ": "an xz archive",
     b"\x7fELF": "a program",
     b"MZ": "a program",
     b"\x0a\x0d\x0d\x0a": "a pcapng capture",
@@ -31,6 +30,8 @@ def other_kind(head: bytes) -> str:
     found = next((kind for begin, kind in _BEGINS.items() if head.startswith(begin)), "")
     if found:
         return found
+    if head[257:262] == b"ustar":
+        return "a tar archive"
     text = as_utf_8(head)
     if _DATABASE.match(text):
         return "a DBC database, which follows --dbc"

@@ -24,6 +24,7 @@ from oncenter.plausibility.grid_signals import USEFUL
 from oncenter.read import refuse_unreadable
 from oncenter.read.here import read_here
 from oncenter.read.identity_of_log import identity_of
+from oncenter.read.packed import unpacked_here
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.fingerprint import fingerprint_of
 from oncenter.tuned import TUNED
@@ -50,7 +51,7 @@ class Work:
         row: dict[str, Any] = {"log": printable_name(log.uri), "truck": "", "version": _core.version(), "key": ""}
         truck = self.trucks.by_path(log.uri)
         try:
-            with at_hand(log) as (path, key):
+            with at_hand(log) as (packed, key), unpacked_here(packed) as path:
                 row["key"] = key
                 truck = truck or self._by_vin(path) or self._by_copy(log, key)
                 row |= {"truck": truck.name, "vehicle_file": truck.vehicle_file} if truck else {}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import ExitStack
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import OF_FRAMES
 from oncenter.live.snapshot import Dropped
 from oncenter.read import refuse_unreadable
-from oncenter.read.apart import frames
+from oncenter.read.apart import frames, unpacked
 from oncenter.read.frames import Frames, joined
 from oncenter.read.plugins import known_format
 from oncenter.read.set_back import HOLE_S
@@ -35,7 +36,9 @@ class Replay:
         if not SLOWEST <= speed <= FASTEST:
             raise OncenterError(f"--speed must be 1 to 100, got {speed:g}", code="replay", exit_code=WRONG_USAGE)
         refuse_unreadable(log)
-        if known_format(log).content not in ("frames", "frames and channels"):
+        self._unpacked = ExitStack()
+        file = self._unpacked.enter_context(unpacked(log))
+        if known_format(file).content not in ("frames", "frames and channels"):
             raise OncenterError(
                 f"--replay takes a log of CAN frames ({' '.join(OF_FRAMES)}), got {log.name}: "
                 "for a table use oncenter offset",
@@ -47,7 +50,7 @@ class Replay:
         self.dropped = Dropped()
         self.ended = False
         self._speed = speed
-        self._chunks = frames(log, self.notes)
+        self._chunks = frames(file, self.notes)
         self._waiting = joined([])
         self._started_s = self._log_time_s = 0.0  # the log time at that wall time
         self._load()
@@ -62,6 +65,7 @@ class Replay:
 
     def close(self) -> None:
         self._chunks.close()
+        self._unpacked.close()
 
     def _until(self, due_s: float) -> Frames:
         parts = []

@@ -14,6 +14,7 @@ from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
 from oncenter.files.log_formats import SUFFIXES
 from oncenter.files.own_file import HEAD_BYTES, refuse_own_text
+from oncenter.files.packed_names import packed_file
 from oncenter.files.regular_file import open_regular_file, refuse_sparse, refuse_what_is_no_regular_file
 from oncenter.read.plugins import known_format, plugin_for
 from oncenter.read.units import possible_columns
@@ -58,14 +59,29 @@ def read(
     if vehicle is not None:
         names = vehicle.signal_names if names is None else names
         dbc = dbc or vehicle.databases()
-    path = Path(path)
+    given = Path(path)
+    if packed_file(given) is not None:
+        from oncenter.read.apart import unpacked
+
+        with unpacked(given) as file:
+            return _read(file, names or {}, dbc, take or {}, progress).replaced(log=os.fspath(given))
+    return _read(given, names or {}, dbc, take or {}, progress)
+
+
+def _read(
+    path: Path,
+    names: Mapping[str, SignalName],
+    dbc: Sequence[str | os.PathLike[str]],
+    take: Mapping[str, str],
+    progress: Callable[[float], None] | None,
+) -> Signals:
     if not os.path.isdir(path):  # without permission, Path.is_dir raises
         refuse_unreadable(path)
     is_read_here = False
     if not is_bag_folder(path) and plugin_for(path) is None:
         refuse_what_is_no_regular_file(path)
         is_read_here = known_format(path).here
-    given = path, names or {}, dbc, take or {}, progress or (lambda fraction: None)
+    given = path, names, dbc, take, progress or (lambda fraction: None)
     if is_read_here and not dbc:
         from oncenter.read.here import read_here
 

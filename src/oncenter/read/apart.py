@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import tempfile
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -15,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from oncenter.account import Account
 from oncenter.files.child import ChildDied, Send, borrowed, limits_for
 from oncenter.files.log_formats import READER
+from oncenter.files.packed_names import packed_file
 from oncenter.read.named import Named
 from oncenter.signals import SignalName, Signals, Source
 
@@ -55,8 +57,8 @@ def frames(path: Path, notes: list[str]) -> Generator[Frames, None, None]:
     Raises:
         OncenterError: as `oncenter.read`.
     """
-    with borrowed(READER) as child, _named(path):
-        for header, payload in child.ask({"frames": os.fspath(path)}, limits_for(_size(path))):
+    with unpacked(path) as file, borrowed(READER) as child, _named(path):
+        for header, payload in child.ask({"frames": os.fspath(file)}, limits_for(_size(file))):
             notes += header.get("notes", ())
             if payload:
                 yield _as_frames(header["count"], payload, is_long=header["is_long"])
@@ -72,9 +74,38 @@ def names_in(file: Path, kind: Literal["log", "database"]) -> list[Named]:
     Raises:
         OncenterError: as `oncenter.read`, for this file.
     """
-    with borrowed(READER) as child, _named(file):
-        *_, (header, _) = child.ask({"names_in": os.fspath(file), "kind": kind}, limits_for(_size(file)))
+    with unpacked(file) as whole, borrowed(READER) as child, _named(file):
+        *_, (header, _) = child.ask({"names_in": os.fspath(whole), "kind": kind}, limits_for(_size(whole)))
     return [Named(**each) for each in header["names"]]
+
+
+@contextlib.contextmanager
+def unpacked(path: Path) -> Iterator[Path]:
+    """The log itself; of a packed one a file of its name that holds it for a while, unpacked by the child.
+
+    Raises:
+        OncenterError: as `oncenter.read.packed.unpack`.
+    """
+    packed = packed_file(path)
+    if packed is None:
+        yield path
+        return
+    with tempfile.TemporaryDirectory(prefix="oncenter-", ignore_cleanup_errors=True) as folder:
+        request = {"unpack": os.fspath(packed[0]), "member": packed[1], "into": folder}
+        with borrowed(READER) as child, _named(path):
+            *_, (header, _) = child.ask(request, limits_for(_size(packed[0])))
+        yield Path(header["log"])
+
+
+def logs_of_archive(path: Path) -> list[str]:
+    """The names of the logs in a ZIP archive, in order.
+
+    Raises:
+        OncenterError: as `oncenter.read.packed.logs_of_archive`.
+    """
+    with borrowed(READER) as child, _named(path):
+        *_, (header, _) = child.ask({"logs_of": os.fspath(path)}, limits_for(_size(path)))
+    return list(header["logs"])
 
 
 @contextlib.contextmanager

@@ -15,6 +15,7 @@ def _answer(request: Mapping[str, Any], send: Send) -> None:
     from oncenter.read.frames_of_log import frames_of_log
     from oncenter.read.here import read_here
     from oncenter.read.named import columns_of_log, signals_of
+    from oncenter.read.packed import logs_of_archive, unpack
     from oncenter.signals import SignalName
 
     def progress(fraction: float) -> None:
@@ -25,6 +26,13 @@ def _answer(request: Mapping[str, Any], send: Send) -> None:
         for frames in frames_of_log(Path(request["frames"]), notes, progress):
             sent_frames(frames, send)
         send({"notes": notes, "last": True})
+        return
+    if "unpack" in request:
+        log = unpack(Path(request["unpack"]), request["member"], Path(request["into"]))
+        send({"log": str(log), "last": True})
+        return
+    if "logs_of" in request:
+        send({"logs": logs_of_archive(Path(request["logs_of"])), "last": True})
         return
     if "names_in" in request:
         names_of = {"log": columns_of_log, "database": signals_of}[request["kind"]]

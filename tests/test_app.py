@@ -247,6 +247,25 @@ def test_256_requests_without_an_end_lock_nobody_out(page: Page) -> None:
             client.close()
 
 
+def test_a_shortcut_starts_the_page_of_this_python(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from oncenter.app import shortcut
+    from oncenter.cli import run
+
+    monkeypatch.setattr(shortcut, "_desktop", lambda: tmp_path / "Desktop")
+    assert run(["app", "--shortcut"]) == 2
+    assert "no desktop at" in capsys.readouterr().err
+    (tmp_path / "Desktop").mkdir()
+    for platform, name in (("linux", "oncenter.desktop"), ("darwin", "oncenter.command"), ("win32", "oncenter.cmd")):
+        monkeypatch.setattr(sys, "platform", platform)
+        monkeypatch.setattr(sys, "executable", "/opt/my $python/bin/python")
+        shortcut.write_shortcut()
+        text = (tmp_path / "Desktop" / name).read_text()
+        assert "python" in text and "-m oncenter app" in text
+    assert r'Exec="/opt/my \\$python/bin/python" -m oncenter app' in (tmp_path / "Desktop/oncenter.desktop").read_text()
+
+
 @pytest.mark.browser
 def test_a_mechanic_goes_from_the_first_page_to_the_report(page: Page, log: Path, browser: Any, tmp_path: Path) -> None:
     faults: list[str] = []

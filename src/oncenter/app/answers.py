@@ -57,13 +57,13 @@ class Answers:
             options: of `oncenter offset`.
 
         Raises:
-            OncenterError: "too_many": others run.
+            OncenterError: "page": others run.
         """
         return self._begin("offset", logs, options)
 
     def _begin(self, verb: str, inputs: Sequence[Path], options: Sequence[str]) -> str:
         if sum(answer.state == "running" for answer in self._of.values()) >= RUNNING_MAX:
-            raise OncenterError(f"{RUNNING_MAX} answers are being made: wait, or cancel one", code="too_many")
+            raise OncenterError(f"{RUNNING_MAX} answers are being made: wait, or cancel one", code="page")
         for key in list(self._of)[: 1 - KEPT_MAX]:
             self._of.pop(key).report.unlink(missing_ok=True)
         key = secrets.token_urlsafe(12)
@@ -77,12 +77,12 @@ class Answers:
         """The key of a comparison of two answers that are done; its report is the certificate.
 
         Raises:
-            OncenterError: "too_many"; "no_answer": one of them is not done.
+            OncenterError: "page": one of them is not done, or others run.
         """
         answers = [self._of.get(key) for key in (before, after)]
         done = [answer for answer in answers if answer is not None and answer.state == "done"]
         if len(done) < 2 or before == after:
-            raise OncenterError(ENGLISH["needs_two"], code="no_answer")
+            raise OncenterError(ENGLISH["needs_two"], code="page")
         files = [answer.report.with_suffix(".json") for answer in done]
         for answer, file in zip(done, files, strict=True):
             file.write_text(json.dumps(answer.said), encoding="utf-8")

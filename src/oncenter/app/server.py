@@ -200,7 +200,7 @@ class _Answers(Guarded):
             for field in ("limit", "applied"):
                 options += [f"--{field}={number(field, asked):g}"] if asked.get(field) else []
             if not whole or len(whole) < len(logs):
-                raise OncenterError(ENGLISH["waits" if logs else "needs_log"], code="no_log")
+                raise OncenterError(ENGLISH["waits" if logs else "needs_log"], code="page")
             self.finish({"answer": self._answers.begin(whole, options)})
         except OncenterError as error:
             self.refuse(error)

@@ -35,19 +35,19 @@ class Trucks:
         """The options of `oncenter offset` for a name of `names`, or for the truck of group `UNKNOWN`.
 
         Raises:
-            OncenterError: "no_truck": any other.
+            OncenterError: "page": any other.
         """
         if group == UNKNOWN:
             return []
         if name not in self.names().get(group, {}):
-            raise OncenterError(ENGLISH["needs_truck"], code="no_truck")
+            raise OncenterError(ENGLISH["needs_truck"], code="page")
         return ["--vehicle", name if group == "shipped" else str(self._folder / f"{name}.toml")]
 
     def keep(self, form: Mapping[str, Any]) -> str:
         """Writes a vehicle file from what a person typed; the name of the file.
 
         Raises:
-            OncenterError: "vehicle_file": a field is missing, no number or out of its range; "truck_exists".
+            OncenterError: "vehicle_file": a field is not a number or out of its range; "page": a truck has this name.
         """
         name = str(form.get("name", "")).strip()
         if not name:
@@ -56,7 +56,7 @@ class Trucks:
         if path.exists():
             raise OncenterError(
                 f"there is a truck named {unquote(path.stem)}: choose it, or take another name",
-                code="truck_exists",
+                code="page",
                 exit_code=WRONG_USAGE,
             )
         values = {"name": name, **{field: number(field, form) for field in _NUMBERS if form.get(field)}}

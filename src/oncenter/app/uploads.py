@@ -71,22 +71,22 @@ class Uploads:
         """The key of a log that will come.
 
         Raises:
-            OncenterError: "unknown_format", "empty_log", "disk_full" or "too_many": it cannot be taken.
+            OncenterError: "page": it cannot be taken.
         """
         shown = printable_name(name)
         if not name.lower().endswith(SUFFIXES):
-            raise OncenterError(f"{shown} is not a log: oncenter reads {', '.join(SUFFIXES)}", code="unknown_format")
+            raise OncenterError(f"{shown} is not a log: oncenter reads {', '.join(SUFFIXES)}", code="page")
         if size <= 0:
-            raise OncenterError(f"{shown} is empty (0 bytes)", code="empty_log")
+            raise OncenterError(f"{shown} is empty (0 bytes)", code="page")
         if len(self._of) >= AT_ONCE_MAX:
-            raise OncenterError(f"no more than {AT_ONCE_MAX} logs at once: remove some", code="too_many")
+            raise OncenterError(f"no more than {AT_ONCE_MAX} logs at once: remove some", code="page")
         waiting = sum(upload.size - upload.written for upload in self._of.values())
         free = shutil.disk_usage(self._folder.name).free
         if size + waiting > free - _FREE_BYTES_MIN:
             raise OncenterError(
                 f"{shown} has {size / 1e6:.0f} MB, and the disk of {self._folder.name} has {free / 1e6:.0f} MB left: "
                 "make room, or set TMPDIR to a folder on another disk",
-                code="disk_full",
+                code="page",
             )
         key = secrets.token_urlsafe(12)
         self._of[key] = Upload(self._free_path(file_stem(name[-_NAME_LENGTH:])), size)

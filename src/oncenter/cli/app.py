@@ -16,6 +16,9 @@ def app(
     trucks: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Folder of your trucks; by default in the system's for programs.")
     ] = None,
+    shortcut: Annotated[
+        bool, typer.Option("--shortcut", help="Put an icon on the desktop that opens the page, and end.")
+    ] = False,
 ) -> None:
     """Open a page: choose the truck, drop its logs, read the verdict. Ctrl-C ends it.
 
@@ -25,6 +28,11 @@ def app(
     from oncenter.live.memory import default_folder
 
     require_package("bokeh", "oncenter app", "report")
+    if shortcut:
+        from oncenter.app.shortcut import write_shortcut
+
+        typer.echo(f"wrote {write_shortcut()}: a double click opens the page")
+        return
     from oncenter.app.server import serve
 
     def opened(address: str) -> None:

@@ -13,6 +13,7 @@ SMALL = {
     "accuracy": "--tuning --drives 1 --rows ordinary,no_play --methods joint,thesis,rls",
     "angle": "--tuning --drives 1 --only ordinary,payload,faults",
     "angle_lag": "--smoke --jobs 1",
+    "by_database": "--scenario mid_speed_manoeuvre --only _steering_sensors_c",
     "compare": "--tuning --pairs 1 --jobs 1",
     "effects": "--tuning --drives 1 --rows none,pull --jobs 1",
     "file_faults": "--smoke --jobs 1",

@@ -138,8 +138,8 @@ def test_a_function_without_signals_says_how_to_read_them(verb: Any) -> None:
 
 @pytest.mark.parametrize("verb", [oc.offset, oc.angle])
 def test_a_function_without_a_vehicle_says_how_to_read_one(verb: Any) -> None:
-    with pytest.raises(oc.OncenterError, match=r"takes a Vehicle: oncenter.vehicle\(path\); got str"):
-        verb(drive(), "truck.toml")
+    with pytest.raises(oc.OncenterError, match=r"takes a Vehicle: oncenter.vehicle\(path\); got dict"):
+        verb(drive(), {"wheelbase_m": 3.7})
 
 
 def test_pandas_and_pyarrow_are_not_imported() -> None:

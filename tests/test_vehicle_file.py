@@ -108,8 +108,9 @@ def test_the_columns_of_a_log_are_proposed(tmp_path: Path, capsys: pytest.Captur
     log, file = tmp_path / "log.csv", tmp_path / "truck.toml"
     log.write_text("t_s,swa_deg,yaw_rate_dps,lat_accel_mps2,other\n0,1,2,3,4\n")
     assert run(["vehicle", "new", str(file), "--wheelbase-m", "4", "--steering-ratio", "18", "--log", str(log)]) == 0
-    assert "3 signals proposed" in capsys.readouterr().out
-    assert oc.vehicle(file).signals["yaw_rate"].name == "yaw_rate_dps"
+    assert "4 signals proposed" in capsys.readouterr().out
+    signals = oc.vehicle(file).signals
+    assert (signals["yaw_rate"].name, signals["time"].name, signals["time"].unit) == ("yaw_rate_dps", "t_s", "s")
     assert "# Proposed from log.csv" in file.read_text()
 
 
@@ -143,9 +144,9 @@ def test_names_of_other_makers_are_recognised(there: str, expected: dict[str, st
 
 
 def test_an_unclear_unit_is_left_to_the_user() -> None:
-    (proposed,) = proposals([Named("L.LWI_Lenkradwinkel", "Unit_DegreOfArc")])
+    (proposed,) = proposals([Named("L.LWI_Lenkradwinkel", "Unit_Winkel")])
     assert proposed.unit is None
-    assert proposed.remark == "It has the unit Unit_DegreOfArc there; deg is assumed: check the unit."
+    assert proposed.remark == ("1. by its name. It has the unit Unit_Winkel there; deg is assumed: check the unit.")
 
 
 def answered(*lines: str) -> tuple[dict[str, object], list[str]]:
@@ -157,6 +158,17 @@ def test_enter_leaves_a_value_out_or_takes_the_default() -> None:
     values, _ = answered("", "3,7", "", "", "", "", "", "", "")
     assert values["name"] == "truck" and values["wheelbase_m"] == 3.7
     assert set(values) == {"name", "wheelbase_m"}  # the joint method estimates its product with the ratio
+
+
+def test_an_unusual_value_is_asked_again_and_taken_when_it_is_given_again() -> None:
+    values, said = answered("", "5530", "5.53", "3.7", "3.7", "", "", "", "", "", "")
+    assert (values["wheelbase_m"], values["steering_ratio"]) == (5.53, 3.7)
+    assert any("3.7; trucks have 13 to 27; enter it again if it is right" in line for line in said)
+
+
+def test_an_unusual_option_is_taken_with_a_note(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["vehicle", "new", str(tmp_path / "a.toml"), "--wheelbase-m", "3.7", "--steering-ratio", "3.7"]) == 0
+    assert "note: steering_ratio is 3.7; trucks have 13 to 27" in capsys.readouterr().out
 
 
 def test_a_value_that_an_option_gives_is_not_asked() -> None:

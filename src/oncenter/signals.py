@@ -40,8 +40,9 @@ class Quantity:
 
 ANGLE = Quantity("rad", {"rad": 1.0, "deg": DEGREE})
 ANGULAR_RATE = Quantity("rad_s", {"rad_s": 1.0, "deg_s": DEGREE})
-SPEED = Quantity("m_s", {"m_s": 1.0, "km_h": 1 / 3.6})
-WHEEL_SPEED = Quantity("m_s", {"m_s": 1.0, "km_h": 1 / 3.6})
+MILE_PER_HOUR = 0.44704  # m/s, exact
+SPEED = Quantity("m_s", {"m_s": 1.0, "km_h": 1 / 3.6, "mph": MILE_PER_HOUR})
+WHEEL_SPEED = Quantity("m_s", {"m_s": 1.0, "km_h": 1 / 3.6, "mph": MILE_PER_HOUR})
 ACCELERATION = Quantity("m_s2", {"m_s2": 1.0, "g": STANDARD_GRAVITY})
 TORQUE = Quantity("nm", {"nm": 1.0})
 PURE_NUMBER = Quantity("1", {"1": 1.0})

@@ -268,17 +268,21 @@ def tandem_side_force_m2_s2() -> Mapping[str, float]:
     return _TANDEM_SIDE_FORCE_M2_S2
 
 
-def check_vehicle(given: object, verb: str) -> None:
-    """
+def vehicle_of(given: object, verb: str) -> Vehicle:
+    """The vehicle; of a path, the one that its file describes.
+
     Raises:
-        OncenterError: "not_a_vehicle", exit code 2: `given` is something else.
+        OncenterError: "not_a_vehicle", exit code 2: `given` is something else; as `vehicle` for a path.
     """
+    if isinstance(given, str | os.PathLike):
+        return vehicle(given)
     if not isinstance(given, Vehicle):
         raise OncenterError(
             f"{verb} takes a Vehicle: oncenter.vehicle(path); got {type(given).__name__}",
             code="not_a_vehicle",
             exit_code=WRONG_USAGE,
         )
+    return given
 
 
 def require_truck(vehicle: Vehicle, what: str) -> None:

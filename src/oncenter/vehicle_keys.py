@@ -6,6 +6,7 @@ docs/reference/vehicle_file.md take their words from here.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -53,6 +54,16 @@ class Key:
         if self.low is not None and self.high is not None:
             return f"{self.low:g} to {self.high:g}{unit}"
         return f"at least {self.low:g}{unit}" if self.low is not None else ""
+
+    def is_unusual(self, value: float) -> bool:
+        return self.usual is not None and not self.usual[0] <= value <= self.usual[1]
+
+    def about_unusual(self, value: float) -> str:
+        """An unusual value beside the usual ones: "5530 m; trucks have 2.5 to 8 m: in mm? 5530 mm are 5.53 m"."""
+        low, high = self.usual or (math.nan, math.nan)
+        unit = f" {self.unit}" if self.unit else ""
+        other = self.other_unit(value)
+        return f"{value:g}{unit}; trucks have {low:g} to {high:g}{unit}{f': {other}' if other else ''}"
 
     def other_unit(self, value: float) -> str:
         """A question about a value that would be usual in another unit: "in mm? 5530 mm are 5.53 m"; else empty."""
@@ -366,8 +377,8 @@ SIGNAL_ENTRY: dict[str, Key] = {
         Key("name", "Name in the log: column, channel, or Message.Signal of a database.", "ESP.YawRate"),
         Key(
             "unit",
-            "Unit of the values in the log: rad or deg, rad_s or deg_s, m_s or km_h, m_s2 or g, nm; of `time`: s, ms, "
-            "us, ns, min, h or d.",
+            "Unit of the values in the log: rad or deg, rad_s or deg_s, m_s, km_h or mph, m_s2 or g, nm; of `time`: s, "
+            "ms, us, ns, min, h or d.",
             "deg_s",
             without="the unit in the log or database, or the ending of the name",
         ),

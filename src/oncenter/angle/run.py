@@ -7,6 +7,7 @@ rate, lateral acceleration and speeds. The sensor is checked all the time.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
@@ -23,7 +24,7 @@ from oncenter.offset.assemble import notes_of
 from oncenter.offset.inputs import check_without, without_unfit_wheels
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
-from oncenter.vehicle import Vehicle, check_vehicle, core_of
+from oncenter.vehicle import Vehicle, core_of, vehicle_of
 
 if TYPE_CHECKING:
     import polars as pl
@@ -37,7 +38,7 @@ _FRONT_WHEELS = ("wheel_speed_front_left", "wheel_speed_front_right")
 
 def angle(
     signals: Signals,
-    vehicle: Vehicle,
+    vehicle: Vehicle | str | os.PathLike[str],
     *,
     sensor_lost_at: float | None = None,
     method: Method = "observer",
@@ -51,7 +52,7 @@ def angle(
     Args:
         signals: from `oncenter.read` or `oncenter.simulate`. A drive without any angle gets the Ackermann angle, with a
             wide interval.
-        vehicle: from `oncenter.vehicle`; its `[params]` apply.
+        vehicle: from `oncenter.vehicle`, or the path of its file; its `[params]` apply.
         sensor_lost_at: s after the drive's first row and before its last; the sensor is ignored from then on.
         method: "observer", the single-track model (13) run backward; or the thesis's: "wheel-speed" (3) and (21),
             "wheel-speed-exact" (2), "yaw-rate" L*r/v, "yaw-rate-understeer" (22) and (31), "side-slip" (23) and (24) by
@@ -73,6 +74,7 @@ def angle(
     Raises:
         OncenterError: "missing_signal" (exit 1); "method", "params", "sensor_lost_at", "track_width" (exit 2).
     """
+    vehicle = vehicle_of(vehicle, "angle")
     _check(signals, vehicle, method, sensor_lost_at)
     (signals, *taught_by), unfit = without_unfit_wheels((signals, *taught_by), vehicle)
     if method.startswith("wheel-speed"):
@@ -140,7 +142,6 @@ def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: floa
             f"method '{method}' does not exist; use one of {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
     drives_of(signals, "angle")
-    check_vehicle(vehicle, "angle")
     if sensor_lost_at is not None:
         _check_within(signals, sensor_lost_at)
     needed: tuple[str, ...] = ("yaw_rate", "vehicle_speed")

@@ -74,7 +74,9 @@ def new(
 
     In a terminal it prompts for each value. With --wheelbase-m or --steering-ratio there are no prompts.
     """
+    import oncenter as oc
     from oncenter.files.whole_file import check_place, write_whole
+    from oncenter.vehicle_file.check import unusual
     from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
 
     _refuse_existing(output)
@@ -96,7 +98,7 @@ def new(
     databases = [Path(path) for path in values.get("dbc", ())]
     proposed, notes = proposals_for(databases, log, values.get("signals", ()))
     write_whole(output, new_vehicle_file(output, values, proposed))
-    for note in notes:
+    for note in [*notes, *unusual(oc.vehicle(output))]:
         typer.echo(f"note: {note}")
     if proposed:
         typer.echo(f"{len(proposed)} signals proposed in [signals]: check name, unit and sign of each")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -48,7 +49,7 @@ from oncenter.plausibility.signal_fault import SignalFault, finding_of, has_sign
 from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
-from oncenter.vehicle import UNKNOWN_TRUCK, Vehicle, check_vehicle, core_of, core_params, require_truck
+from oncenter.vehicle import UNKNOWN_TRUCK, Vehicle, core_of, core_params, require_truck, vehicle_of
 
 if TYPE_CHECKING:
     from oncenter.offset.several_logs import Together
@@ -62,7 +63,7 @@ _MAY_BE_ANOTHER_SIGNAL = ("drifting", "wrong_sign")  # a yaw rate of wrong sign 
 
 def offset(
     signals: Signals | Sequence[Signals],
-    vehicle: Vehicle | None = None,
+    vehicle: Vehicle | str | os.PathLike[str] | None = None,
     *,
     method: Method = DEFAULT_METHOD,
     params: Mapping[str, float] | None = None,
@@ -73,8 +74,8 @@ def offset(
     Args:
         signals: from `oncenter.read` or `oncenter.simulate`; several are put in order of time. The joint method answers
             each drive alone and combines the drives since the last change of the offset.
-        vehicle: from `oncenter.vehicle`; its `[params]` apply. Without it, or without its wheelbase or steering ratio,
-            the joint method estimates the product of both.
+        vehicle: from `oncenter.vehicle`, or the path of its file; its `[params]` apply. Without it, or without its
+            wheelbase or steering ratio, the joint method estimates the product of both.
         method: "joint", offset, understeer gradient, play and gyro bias together; "thesis", (36) to (38) of
             docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one
             where the log has it), whose track width the vehicle file must give.
@@ -89,8 +90,7 @@ def offset(
         raise OncenterError(
             f"method '{method}' does not exist; use one of {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
-    vehicle = Vehicle(name=UNKNOWN_TRUCK) if vehicle is None else vehicle
-    check_vehicle(vehicle, "offset")
+    vehicle = Vehicle(name=UNKNOWN_TRUCK) if vehicle is None else vehicle_of(vehicle, "offset")
     if method != "joint":
         require_truck(vehicle, f"method '{method}'")
     recorded, of_copies = without_copies(in_order(drives_of(signals, "offset")))

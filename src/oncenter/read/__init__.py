@@ -32,7 +32,7 @@ __all__ = ["SUFFIXES", "read", "refuse_unreadable", "require"]
 def read(
     path: str | os.PathLike[str],
     *,
-    vehicle: Vehicle | None = None,
+    vehicle: Vehicle | str | os.PathLike[str] | None = None,
     names: Mapping[str, SignalName] | None = None,
     dbc: Sequence[str | os.PathLike[str]] = (),
     take: Mapping[str, str] | None = None,
@@ -43,8 +43,8 @@ def read(
     Args:
         path: a log in one of the formats of docs/formats.md, or the folder of a ROS 2 bag; or a file or folder that an
             installed plug-in reads (examples/README.md).
-        vehicle: from `oncenter.vehicle`. Its `[signals]` table and its `dbc` apply where `names` and `dbc` are not
-            given.
+        vehicle: from `oncenter.vehicle`, or the path of its file. Its `[signals]` table and its `dbc` apply where
+            `names` and `dbc` are not given.
         names: by signal, or "time", its name in this log, where it differs from oncenter's.
         dbc: databases of the network, in addition to the built-in J1939 messages.
         take: by signal, or "all", the source to use: an address "0x3E", a message "VDC2", or both.
@@ -56,6 +56,10 @@ def read(
             "plugin_failed", "plugin_ambiguous"; "missing_extra": the package that reads such files is not installed;
             "vehicle_file", exit code 2: a database named in the vehicle file does not exist.
     """
+    if isinstance(vehicle, str | os.PathLike):
+        from oncenter.vehicle import vehicle_of
+
+        vehicle = vehicle_of(vehicle, "read")
     if vehicle is not None:
         names = vehicle.signal_names if names is None else names
         dbc = dbc or vehicle.databases()

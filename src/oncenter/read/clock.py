@@ -435,6 +435,7 @@ class _Way:
 
     before: npt.NDArray[np.int64]
     weight: Column
+    snapped: Column  # the weight, whole where the tick is on a sample
     bridged: npt.NDArray[np.bool_]
     near: npt.NDArray[np.bool_]  # by sample, whether the next one is near
 
@@ -518,7 +519,7 @@ def _along(signal: str, values: Column, way: _Way) -> Column:
 
 def _between(values: Column, way: _Way) -> Column:
     start = values[way.before]
-    return start + way.weight * (values[way.before + 1] - start)
+    return start + way.snapped * (values[way.before + 1] - start)
 
 
 def _way(time: Column, ticks: Column, span: float) -> _Way:
@@ -532,4 +533,6 @@ def _way(time: Column, ticks: Column, span: float) -> _Way:
     at_end = ~inside & (np.abs(since - step) <= ON_TICK_S)
     weight[at_start] = 0.0
     weight[at_end] = 1.0
-    return _Way(before, weight, inside | at_start | at_end, near)
+    # Between two samples too: the remainder of a step of a coarse signal would be taken for its resolution.
+    snapped = np.where(np.abs(since) <= ON_TICK_S, 0.0, np.where(np.abs(since - step) <= ON_TICK_S, 1.0, weight))
+    return _Way(before, weight, snapped, inside | at_start | at_end, near)

@@ -74,6 +74,32 @@ def read(
     return Kept(kept.frames.where(in_time), kept.pgn_frames, kept.standard_frames), decoded
 
 
+def channel_units(path: Path) -> dict[str, str]:
+    """The unit of each channel of a decoded log, by the name that `[signals]` takes; none of frames.
+
+    Raises:
+        OncenterError: as `read`.
+    """
+    units: dict[str, str] = {}
+    with _asammdf(path) as mdf:
+        log = _Log(path, mdf)
+        groups: list[Any] = list(mdf.groups)
+        count = Counter(channel.name for group in _filled_groups(mdf) for channel in groups[group].channels)
+        for group in _filled_groups(mdf):
+            names = [channel.name for channel in groups[group].channels]
+            if any(_is_of_frames(name) for name in names):
+                continue
+            label = _Group(log, group).label or f"group {group}"
+            for index, name in enumerate(names):
+                if index != mdf.masters_db.get(group):
+                    units[f"{label}.{name}" if count[name] > 1 else name] = log.unit(group, index)
+    return units
+
+
+def _is_of_frames(channel: str) -> bool:
+    return "Frame" in channel and channel.startswith(("CAN_", "LIN_", "FLX_", "ETH_"))
+
+
 def _no_signal_recognised(path: Path, mdf: MDF, notes: list[str]) -> OncenterError:
     names = {channel.name for group in _filled_groups(mdf) for channel in mdf.groups[group].channels}
     channels = sorted(names - {"time", "t", "timestamps"})
@@ -329,7 +355,7 @@ def _decoded(log: _Log, names: Mapping[str, SignalName], notes: list[str]) -> li
     count = Counter(channel.name for group in _filled_groups(mdf) for channel in mdf.groups[group].channels)
     for group in _filled_groups(mdf):
         channels = [channel.name for channel in mdf.groups[group].channels]
-        if any("Frame" in name and name.startswith(("CAN_", "LIN_", "FLX_", "ETH_")) for name in channels):
+        if any(_is_of_frames(name) for name in channels):
             continue
         reader = _Group(log, group)
         if not reader.label and any(count[name] > 1 for name in channels[1:]):

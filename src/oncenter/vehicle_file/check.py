@@ -38,7 +38,7 @@ def checked(truck: Vehicle, drive: Signals | None) -> Checked:
     """A vehicle in words, with a drive also which of its signals the drive has."""
     lines = [f"{truck.name}: {', '.join(_first_words(truck)) or 'wheelbase and steering ratio not given'}"]
     lines += [f"  {name} = {value}" for name, value in _given(truck)]
-    lines += [f"  unusual: {text}" for text in _unusual(truck)]
+    lines += [f"  unusual: {text}" for text in unusual(truck)]
     missing = [name for name in _HELPFUL if name in truck.assumed or getattr(truck, name) is None]
     if missing:
         lines += ["Not given, and would help:"]
@@ -78,16 +78,12 @@ def _given(truck: Vehicle) -> Iterator[tuple[str, str]]:
         )
 
 
-def _unusual(truck: Vehicle) -> Iterator[str]:
+def unusual(truck: Vehicle) -> Iterator[str]:
+    """Each value that trucks hardly have, with the usual ones."""
     for name, key in KEYS.items():
         value = truck.ratio_near_centre if name == "steering_ratio" else getattr(truck, name, None)
-        if key.usual is None or not isinstance(value, float):
-            continue
-        low, high = key.usual
-        if not low <= value <= high:
-            unit = f" {key.unit}" if key.unit else ""
-            other = key.other_unit(value)
-            yield f"{name} is {value:g}{unit}; trucks have {low:g} to {high:g}{unit}{f': {other}' if other else ''}"
+        if isinstance(value, float) and key.is_unusual(value):
+            yield f"{name} is {key.about_unusual(value)}"
 
 
 def _in_log(truck: Vehicle, drive: Signals) -> Iterator[tuple[str, str]]:

@@ -8,12 +8,15 @@ from pathlib import Path
 from typing import Any
 
 from oncenter.errors import OncenterError
+from oncenter.files.log_formats import OF_TABLES
 from oncenter.files.toml_file import parsed_toml
 from oncenter.read import refuse_unreadable
 from oncenter.read.apart import names_in
+from oncenter.read.named import Named
 from oncenter.vehicle import vehicle_from
+from oncenter.vehicle_file.by_log import decided_by_log
 from oncenter.vehicle_file.check import NEEDED
-from oncenter.vehicle_file.proposals import Proposal, proposals
+from oncenter.vehicle_file.proposals import Proposal, proposals, time_proposal
 from oncenter.vehicle_file.written import vehicle_text
 
 
@@ -45,8 +48,8 @@ def _from_folder(folder: Path, path: str) -> str:
 def proposals_for(
     databases: Sequence[Path], log: Path | None, given: Collection[str] = ()
 ) -> tuple[list[Proposal], list[str]]:
-    """Proposals from the columns of a log that is a table, else from databases; with a log of frames only those whose
-    signals are in the log.
+    """Proposals from the columns or channels of a log and from databases; with a log those that move in it as their
+    quantity does.
 
     Args:
         given: signals that have an entry already.
@@ -63,10 +66,11 @@ def proposals_for(
     signals = [name for database in databases for name in names_in(database, "database")]
     if not columns and not signals:
         return [], []
-    proposed = proposals([*columns, *signals])
-    if log is None or columns:
+    time = time_proposal(columns) if log is not None and log.name.lower().endswith(OF_TABLES) else None
+    proposed = [*([] if time is None else [time]), *proposals([*columns, *signals])]
+    if log is None:
         return proposed, _not_found({*given, *(each.signal for each in proposed)})
-    return _in_log(log, databases, proposed, given)
+    return _in_log(log, databases, proposed, given, signals, in_table=bool(columns))
 
 
 def _not_found(found: Collection[str]) -> list[str]:
@@ -75,18 +79,23 @@ def _not_found(found: Collection[str]) -> list[str]:
 
 
 def _in_log(
-    log: Path, databases: Sequence[Path], proposed: list[Proposal], given: Collection[str]
+    log: Path,
+    databases: Sequence[Path],
+    proposed: list[Proposal],
+    given: Collection[str],
+    named: Sequence[Named],
+    *,
+    in_table: bool,
 ) -> tuple[list[Proposal], list[str]]:
-    import oncenter as oc
-
-    names = {each.signal: each.signal_name() for each in proposed}
     try:
-        drive = oc.read(log, names=names, dbc=databases)
+        found, drive, notes = decided_by_log(log, databases, proposed, named)
     except OncenterError as error:
+        if in_table:
+            return proposed, [f"{log.name} cannot be read with the proposed signals: {error}"]
         if error.code in ("missing_signal", "not_j1939"):
             return proposed, [f"{log.name} has none of the proposed signals: {error}"]
         raise
-    found = [each for each in proposed if each.signal in drive.sources]
+    names = [each.signal for each in found]
     unnamed = [signal for signal in drive.sources if signal not in names]
-    notes = [f"{', '.join(unnamed)}: found in {log.name} without an entry in [signals]"] if unnamed else []
+    notes += [f"{', '.join(unnamed)}: found in {log.name} without an entry in [signals]"] if unnamed else []
     return found, [*notes, *_not_found({*given, *drive.sources})]

@@ -51,14 +51,20 @@ def answers(
 
 def _answer(key: Key, name: str, ask: Callable[[str], str], say: Callable[[str], None]) -> Any:
     """The first valid answer; None for an empty one."""
+    unusual = None
     while True:
         written = ask(_prompt(key, name)).strip()
         if not written:
             return None
         try:
-            return parsed(key, written)
+            value = parsed(key, written)
         except OncenterError as error:
             say(f"  {error}")
+            continue
+        if value == unusual or not isinstance(value, float) or not key.is_unusual(value):
+            return value
+        say(f"  {key.about_unusual(value)}; enter it again if it is right")
+        unusual = value
 
 
 def _prompt(key: Key, name: str) -> str:

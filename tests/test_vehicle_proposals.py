@@ -64,7 +64,27 @@ def test_a_magnitude_is_proposed_with_its_sign_and_a_coarse_angle_with_its_fract
         "name": "ESP_1.Yaw_Rate", "unit": "deg_s", "sign": 1, "sign_by": "ESP_1.Yaw_Rate_Sign",
     }  # fmt: skip
     assert found["steering_wheel_angle"].plus == "STEER.STEER_FRACTION"
+    fine = proposed(
+        tmp_path,
+        'BO_ 2 STEERING: 8 X\n SG_ STEER_ANGLE : 0|12@1- (0.5,0) [0|0] "deg" X\n'
+        ' SG_ STEERING_ANGLE_HP : 12|4@1+ (0.02,0) [0|0] "deg" X\n',
+    )
+    assert fine["steering_wheel_angle"].plus == "STEERING.STEERING_ANGLE_HP"
     assert found["steering_wheel_angle"].remark.startswith("1. by its name, unit deg, range -3072 to 3070, with its")
+
+
+@pytest.mark.parametrize(
+    ("message", "line", "signal"),
+    [
+        ("EPAS", 'StePinComp_An_Est : 22|15@0+ (0.1,-1600) [-1600|1676.6] "degrees"', "steering_wheel_angle"),
+        ("STEERING_ALT", 'ANGLE : 7|16@0- (0.1,0) [0|0] "deg"', "steering_wheel_angle"),
+        ("VOLANT", 'ANGLE_VOLANT : 7|16@0- (0.1,0) [0|0] "deg"', "steering_wheel_angle"),
+        ("BrakeSysFeatures", 'Veh_V_ActlBrk : 7|16@0+ (0.01,0) [0|655] "kph"', "vehicle_speed"),
+        ("Accel_Data", 'VehLatComp_A_Actl : 7|13@0+ (0.01,-40) [-40|40] "m/s^2"', "lateral_acceleration"),
+    ],
+)
+def test_names_of_further_makers_are_recognised(tmp_path: Path, message: str, line: str, signal: str) -> None:
+    assert set(proposed(tmp_path, f"BO_ 1 {message}: 8 X\n SG_ {line} X\n")) == {signal}
 
 
 @pytest.mark.parametrize(

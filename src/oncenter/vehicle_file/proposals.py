@@ -33,8 +33,8 @@ _KINDS: Mapping[str, _Kind] = {
     "steering_wheel_angle": _Kind(
         (
             r"\b(st|str|strg|steer\w*|lenk\w*|sas|eps|hand) ?(wheel|whl|rad|w|wh)? ?(ang\w*|winkel\w*)\b"
-            r"|\blenk(rad)?winkel",
-            r"\b(swa|lrw|lws|sas)\b|\b(st|str|strg|steer\w*) ?(wheel|whl)? ?pos(ition)?\b",
+            r"|\blenk(rad)?winkel|\bste (whl|pin)\w*( \w+)? an\b|\bangle volant\b",
+            r"\b(swa|lrw|lws|lw|sas)\b|\b(st|str|strg|steer\w*) ?(wheel|whl)? ?pos(ition)?\b",
         ),
         r"\b(sas|lws|lwi|sccm|lenkwinkel|steer\w*|stw|str) ?(wheel |whl )?(sens\w*|ang\w*)?\b",
         90 * DEGREE,
@@ -60,14 +60,14 @@ _KINDS: Mapping[str, _Kind] = {
         (("km_h", 1e9),),
     ),
     "lateral_acceleration": _Kind(
-        (rf"\b(lat|lateral|quer|transv)\w* ?{_ACCELERATION}", rf"\bay\b|\b{_ACCELERATION}\w* y\b"),
+        (rf"\b(lat|lateral|quer|transv)\w* ?{_ACCELERATION}|\blat( comp)? a\b", rf"\bay\b|\b{_ACCELERATION}\w* y\b"),
         r"\b(esp|esc|imu|vdc|vsc|kinematics|bremse|brake|dynamic\w*|accel\w*)",
         2.0,
         True,
         (("g", 3.0), ("m_s2", 1e9)),
     ),
     "longitudinal_acceleration": _Kind(
-        (rf"\b(long|lon|lng|längs|laengs)\w* ?{_ACCELERATION}", rf"\bax\b|\b{_ACCELERATION}\w* x\b"),
+        (rf"\b(long|lon|lng|längs|laengs)\w* ?{_ACCELERATION}|\blong( comp)? a\b", rf"\bax\b|\b{_ACCELERATION}\w* x\b"),
         r"\b(esp|esc|imu|vdc|vsc|kinematics|bremse|brake|dynamic\w*|accel\w*)",
         2.0,
         True,
@@ -116,11 +116,11 @@ _NOT = _words(
     active enable\w* warn\w*
     wrn alert lamp led anzeige\w* ueberw timer\w* accuracy tolerance confidence redundan\w* reset version vert vertical
     lane line curv\w* path radius zoom interval lkas lka assist correction compensation gain overlay hold latch lock dac
-    volt\w* temp\w* current alv rc"""
+    volt\w* temp\w* current alv rc cs no"""
 )
 _NOT_IN = _words(
     r"""request\w* req rq cmd command\w* target obj\w* object track trk trailer trlr calib\w* kalib\w* cal verbauliste
-    init lkas lka lta lfa"""
+    init lkas lka lta lfa ipas"""
 )  # of a message
 # Words of signals and messages that are used only where there is no other.
 _LESS = _words(
@@ -329,8 +329,8 @@ def _name_rank(signal: str, kind: _Kind, named: Named, words: str) -> int | None
     if signal == "steering_wheel_angle" and rank == 1 and _unit(signal, named) is None:  # as SAS, of more than an angle
         return None
     if rank is None and signal == "steering_wheel_angle" and re.search(r"\b(ang|angle|winkel)\b", words):
-        whole = _words_of(named.name.replace(".", "_"))  # STEERING.WheelAngle
-        rank = len(kind.patterns) if re.search(kind.patterns[0], whole) else None
+        message = _words_of(named.name.rpartition(".")[0])  # STEERING.WheelAngle
+        rank = len(kind.patterns) if re.search(r"\b(steer\w*|stw|sas|lws|lenk\w*|volant)\b", message) else None
     if rank is None and named.bits and _unit(signal, named) is not None:
         comment = _words_of(named.comment)
         says = re.search(kind.patterns[0], comment) and not _NOT.search(comment)
@@ -361,11 +361,11 @@ def _assumed(kind: _Kind, named: Named) -> str:
 
 def _with_parts(proposal: Proposal, words: str, beside: Sequence[Named]) -> Proposal:
     """With the sign of a magnitude and the fraction of a coarse value, where the same message has them."""
-    named, own = proposal.named, set(words.split())
+    named, own = proposal.named, _plain(words)
     for other in beside[:_BESIDE_MAX]:
         if other is named:
             continue
-        its_words = set(_words_of(other.name.rpartition(".")[2]).split())
+        its_words = _plain(_words_of(other.name.rpartition(".")[2]))
         is_magnitude = not named.bits or named.low >= 0.0
         rest = its_words - _SIGN_WORDS
         is_its_sign = its_words != rest and rest <= own and all(_QUANTITY.search(word) for word in own - rest)
@@ -375,6 +375,11 @@ def _with_parts(proposal: Proposal, words: str, beside: Sequence[Named]) -> Prop
         if is_fine and its_words & _FRACTION_WORDS and set() < its_words - _FRACTION_WORDS <= own:
             proposal = replace(proposal, plus=other.name)
     return proposal
+
+
+def _plain(words: str) -> set[str]:
+    """The words of a name, "steering" as "steer"."""
+    return {re.sub(r"^st(r|rg|eering)$", "steer", word) for word in words.split()}
 
 
 def _unit(signal: str, named: Named) -> str | None:

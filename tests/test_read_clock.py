@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oncenter.errors import OncenterError
-from oncenter.read.clock import to_one_tick
+from oncenter.read.clock import at_ticks, to_one_tick
 from oncenter.read.samples import Samples, nominal_rate
 
 
@@ -216,3 +216,11 @@ def test_a_settled_rate_does_not_change_with_later_frames(more: int, hz: float, 
     )
     some = time[: min(settled + more, len(time))]
     assert nominal_rate(some) == sender.rate_hz
+
+
+def test_a_tick_on_a_sample_takes_its_value_though_epoch_stamps_are_rounded() -> None:
+    """Else the remainders of steps of a coarse signal look like a finer resolution, and its steps like jumps."""
+    time = 1.7e9 + np.arange(100) / 50.0
+    values = np.round(np.arange(100) / 10.0)
+    ticks = time + np.where(np.arange(100) % 2, 3e-7, -3e-7)
+    assert np.isin(at_ticks("steering_wheel_angle", time, values, ticks[1:-1], 1.0), values).all()

@@ -200,6 +200,17 @@ def test_a_signal_that_never_moves_in_the_log_is_not_proposed(by_log: Callable) 
     assert "steering_wheel_torque" not in by_log({"signal": "SteerAngle"}, text=text)
 
 
+def test_a_clock_that_jumps_by_years_needs_no_more_memory(tmp_path: Path) -> None:
+    drive = weave()
+    time = drive.columns["time_s"] + np.where(drive.columns["time_s"] > 30.0, 1.7e9, 0.0)
+    rows = np.stack([time, drive.columns["steering_wheel_angle_rad"], drive.columns["yaw_rate_rad_s"]], axis=1)
+    np.savetxt(
+        tmp_path / "log.csv", rows, fmt="%.6f", delimiter=",", header="time_s,SteerAngle_rad,YawRate_rad_s", comments=""
+    )
+    found = {each.signal: each.named.name for each in proposals_for([], tmp_path / "log.csv")[0]}
+    assert found == {"steering_wheel_angle": "SteerAngle_rad", "yaw_rate": "YawRate_rad_s"}
+
+
 def test_a_path_is_taken_in_place_of_a_vehicle(tmp_path: Path) -> None:
     (tmp_path / "truck.toml").write_text("wheelbase_m = 3.7\nsteering_ratio = 19.3\n")
     drive = weave()

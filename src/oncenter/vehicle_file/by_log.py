@@ -120,11 +120,7 @@ def _candidates(
 
     always = {each.signal: each.signal_name() for each in proposed if each.signal not in SIGNALS}  # the time
     there = _messages_in(log)
-    in_log = {
-        each.signal: [one for one in (each, *each.others) if there is None or _has_message(there, one.named.frame)]
-        for each in proposed
-        if each.signal in SIGNALS
-    }
+    in_log = {each.signal: _in_log(there, (each, *each.others)) for each in proposed if each.signal in SIGNALS}
     for signal in ("steering_wheel_angle", "yaw_rate"):
         if there is not None and not in_log.get(signal):
             in_log[signal] = nameless(
@@ -147,7 +143,7 @@ def _candidates(
             continue
         time = drive.columns["time_s"]
         if first is None or grid is None:
-            first, grid = drive, np.arange(time[0], time[-1] + _STEP_S, _STEP_S)
+            first, grid = drive, time[:: max(1, round(_STEP_S * drive.rate_hz))]
         for each in of_round:
             if _is_of(drive, each):
                 values = drive.columns[SIGNALS[each.signal].column]
@@ -167,6 +163,13 @@ def _messages_in(log: Path) -> set[int] | None:
         marked = part.identifier.astype(np.int64) | part.extended.astype(np.int64) << 31
         there.update(np.unique(marked).tolist())
     return there
+
+
+def _in_log(there: Collection[int] | None, candidates: Sequence[Proposal]) -> list[Proposal]:
+    """Those that the log may have, its own columns and channels first where its frames are unknown."""
+    if there is None:
+        return sorted(candidates, key=lambda each: each.named.frame >= 0)
+    return [each for each in candidates if _has_message(there, each.named.frame)]
 
 
 def _has_message(there: Collection[int], frame: int) -> bool:

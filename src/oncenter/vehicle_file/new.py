@@ -98,4 +98,4 @@ def _in_log(
     names = [each.signal for each in found]
     unnamed = [signal for signal in drive.sources if signal not in names]
     notes += [f"{', '.join(unnamed)}: found in {log.name} without an entry in [signals]"] if unnamed else []
-    return found, [*notes, *_not_found({*given, *drive.sources})]
+    return found, [*notes, *_not_found({*given, *names, *drive.sources})]

@@ -123,7 +123,7 @@ _CHANGE = object_of(
 _CAUSE = object_of(
     "A cause of a wider interval that no single drive identifies.",
     {
-        "cause": text("Its name.", choices=("pull", "mean_wind", "axle_set_up")),
+        "cause": text("Its name.", choices=("pull", "mean_wind", "axle_set_up", "axle_layout")),
         "sd_m_s2": number("m/s^2", "Standard deviation of the lateral acceleration that it makes."),
         "sd_deg": number("deg", "Standard deviation of the offset that follows."),
         "prior": object_of(

@@ -15,8 +15,9 @@ from real_data import real_drive
 
 import oncenter as oc
 from oncenter import _core
-from oncenter._native import lib
+from oncenter._native import ffi, lib
 from oncenter.cli import run
+from oncenter.estimates.estimates import Method
 from oncenter.export.c_vehicle import vehicle_source
 from oncenter.memory import TruckMemory, offset_with_memory
 from oncenter.signals import DEGREE, Signals
@@ -87,6 +88,28 @@ def test_the_answer_names_the_traffic_side_first_and_then_the_axles(answer: oc.A
     assert "40 to 160 m were assumed" in text and "wrong scale hides" in text
 
 
+def test_a_layout_that_is_not_given_widens_the_interval_as_a_cause_of_its_own(
+    drive: tuple[Signals, Truth], answer: oc.Answer
+) -> None:
+    given = oc.offset(drive[0], vehicle_from({"axle_layout": "4x2"}, "t.toml"))
+    (cause,) = (each for each in answer.not_identifiable if each.cause == "axle_layout")
+    assert 0.01 * DEGREE < cause.sd_rad < 0.5 * DEGREE
+    assert "axle_layout" not in {each.cause for each in given.not_identifiable}
+    assert answer.params["tandem_side_force_m2_s2"] == 8.0 and given.params["tandem_side_force_m2_s2"] == 0.0
+    known = {each.cause: each.sd_rad for each in answer.not_identifiable}
+    assert answer.offset.ci95 is not None and answer.offset_half_width_rad is not None
+    whole = 0.5 * (answer.offset.ci95[1] - answer.offset.ci95[0])
+    assert whole > 1.96 * np.hypot(cause.sd_rad, 0.9 * known["pull"])
+
+
+def test_no_axle_is_taken_for_lifted_from_an_assumed_wheelbase() -> None:
+    joint, design = ffi.new("oc_joint *"), ffi.new("oc_joint_design *", {"tandem": 19.0})
+    joint.hypotheses[0].wheelbase = -0.3
+    assert lib.oc_joint_tandem(joint, design) == 0.0
+    design.hypothesis.known.product_doubt = 0.6
+    assert lib.oc_joint_tandem(joint, design) == 19.0
+
+
 def test_a_given_ratio_makes_the_wheelbase_known(drive: tuple[Signals, Truth]) -> None:
     truck = vehicle_from({"steering_ratio": 19.3, "traffic_side": "right", "axle_layout": "4x2"}, "t.toml")
     answer = oc.offset(drive[0], truck)
@@ -97,21 +120,44 @@ def test_a_given_ratio_makes_the_wheelbase_known(drive: tuple[Signals, Truth]) -
 
 @pytest.mark.parametrize("method", ["thesis", "wheel-speed"])
 def test_the_other_methods_refuse_an_unknown_truck_in_one_line(
-    method: str, drive: tuple[Signals, Truth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    method: Method, drive: tuple[Signals, Truth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    drive[0].table.head(2000).write_parquet(tmp_path / "d.parquet")
-    assert run(["offset", str(tmp_path / "d.parquet"), "--method", method]) == 2
+    (tmp_path / "d.csv").write_text("time_s\n")
+    assert run(["offset", str(tmp_path / "d.csv"), "--method", method]) == 2
     said = capsys.readouterr().err.strip()
     assert "needs wheelbase_m and steering_ratio" in said and "\n" not in said
+    with pytest.raises(oc.OncenterError, match="needs wheelbase_m and steering_ratio"):
+        oc.offset(drive[0], method=method)
 
 
 def test_a_log_alone_is_answered_at_the_command_line(
     drive: tuple[Signals, Truth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    drive[0].table.head(20_000).write_parquet(tmp_path / "d.parquet")
-    assert run(["offset", str(tmp_path / "d.parquet"), "--json"]) == 0
+    drive[0].table.head(12_000).write_csv(tmp_path / "d.csv")
+    assert run(["offset", str(tmp_path / "d.csv"), "--json"]) == 0
     given = json.loads(capsys.readouterr().out)
     assert given["vehicle"] == "unknown truck" and given["offset"]["value"] is not None
+
+
+def test_a_new_vehicle_file_names_the_product_of_its_log(
+    drive: tuple[Signals, Truth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    drive[0].table.write_parquet(tmp_path / "d.parquet")
+    assert (
+        run(
+            [
+                "vehicle",
+                "new",
+                str(tmp_path / "t.toml"),
+                "--traffic-side",
+                "right",
+                "--log",
+                str(tmp_path / "d.parquet"),
+            ]
+        )
+        == 0
+    )
+    assert "show steering ratio times wheelbase, 71." in capsys.readouterr().out
 
 
 def test_a_product_far_from_the_assumed_one_accuses_no_signal(drive: tuple[Signals, Truth]) -> None:

@@ -29,7 +29,7 @@ _OUT_OF_RANGE = ("greater_than_equal", "less_than_equal")  # errors of pydantic
 _SWITCH = "use_accelerometer"  # the only parameter that is not a quantity
 # `tandem_side_force_m2_s2`, (m/s)^2: between those of laden and of empty rigid trucks of that layout
 _TANDEM_SIDE_FORCE_M2_S2 = {"6x2": 12.0, "6x4": 19.0, "8x4": 10.0}
-_ANY_SIDE_FORCE_M2_S2 = 8.0  # of an unknown truck without a layout: it halves the error of each layout
+ANY_SIDE_FORCE_M2_S2 = 8.0  # of an unknown truck without a layout: it halves the error of each layout
 # By key: the key of its standard deviation, and the params of both.
 _KNOWN = {
     "play_deg": ("play_sd_deg", "known_play_deg", "known_play_sd_deg"),
@@ -149,7 +149,7 @@ class Vehicle(BaseModel):
         lacks = sum(key not in values for key in _FACTORS)
         if lacks == 0:
             return values
-        tandem = {"tandem_side_force_m2_s2": _ANY_SIDE_FORCE_M2_S2} if values.get("axle_layout") is None else {}
+        tandem = {"tandem_side_force_m2_s2": ANY_SIDE_FORCE_M2_S2} if values.get("axle_layout") is None else {}
         return values | {"params": {_PRODUCT_SD: _PRODUCT_SD_1[lacks], **tandem, **values.get("params", {})}}
 
     @model_validator(mode="after")

@@ -110,6 +110,9 @@ def live(
         names, take = vehicle.signal_names, sources_of(source)
         stream = Stream(given.name, needed(vehicle), names=names, dbc=databases, take=take)
         folder = state or (default_folder() if replay is None else None)
+        if folder is not None and vehicle_file is None and truck is None:
+            folder = None
+            notices.say("nothing is saved, since this truck has no name: give --truck KEY or --vehicle FILE")
         session = _session(given, stream, vehicle, truck or vehicle.name, folder, notices, record=record, trace=trace)
         if web:
             from oncenter.live.web import Page

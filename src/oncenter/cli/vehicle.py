@@ -102,6 +102,8 @@ def new(
         typer.echo(f"note: {note}")
     if proposed:
         typer.echo(f"{len(proposed)} signals proposed in [signals]: check name, unit and sign of each")
+    if log is not None:
+        typer.echo(_product_in(log, str(output)), nl=False)
     by_log = "" if log is None else f" {log}"
     typer.echo(f"wrote {output}: edit it, then check it with: oncenter vehicle check {output}{by_log}")
 
@@ -191,6 +193,24 @@ def _prompted(output: Path, given: dict[str, Any]) -> dict[str, Any]:
 
     say(f"A new vehicle file, {output}. Enter takes the value in brackets; Ctrl-C ends without a file.")
     return {**answers(ask, say, output.stem, given), **given}
+
+
+def _product_in(log: Path, vehicle_file: str) -> str:
+    """A line on steering ratio times wheelbase in the log, for a file that lacks one of them; empty without bends."""
+    import oncenter as oc
+    from oncenter.cli.logs import read_log
+
+    truck = oc.vehicle(vehicle_file)
+    if not truck.assumed:
+        return ""
+    try:
+        found = oc.offset(read_log(log, truck, (), {}), truck).ratio_times_wheelbase
+    except OncenterError:  # signals that are still to be assigned: the notes name them
+        return ""
+    if found.value is None or found.ci95 is None or found.status != "valid":
+        return ""
+    half_width_m = 0.5 * (found.ci95[1] - found.ci95[0])
+    return f"note: the bends of {log} show steering ratio times wheelbase, {found.value:.1f} ±{half_width_m:.1f} m\n"
 
 
 def _signals_of(given: list[str] | tuple[str, ...]) -> dict[str, dict[str, Any]]:

@@ -11,11 +11,16 @@ from oncenter import _core
 from oncenter.signals import DEGREE
 from oncenter.tuned import TUNED
 
-Name = Literal["pull", "mean_wind", "axle_set_up"]
+Name = Literal["pull", "mean_wind", "axle_set_up", "axle_layout"]
 
 _SET_UP_PROBABILITY = 1.0 / (2.0 + TUNED["hypothesis_equations.set_up_odds"])
 _PER_ACCELERATION_MIN = 1e-6  # rad/(m/s^2): below it no lateral force changes the offset
-_IN_WORDS: Mapping[Name, str] = {"pull": "pull", "mean_wind": "crosswind", "axle_set_up": "axle set up for the crown"}
+_IN_WORDS: Mapping[Name, str] = {
+    "pull": "pull",
+    "mean_wind": "crosswind",
+    "axle_set_up": "axle set up for the crown",
+    "axle_layout": "unknown axle layout",
+}
 _REPORTED_FROM_RAD = 0.05 * DEGREE  # of a half-width: less rounds to zero
 _NAMED_FROM = 0.25  # of all causes together
 _MEASURED_FROM_DEG = 0.5  # of the offset: the half-width of a valid one, which a smaller pull does not exceed
@@ -96,6 +101,18 @@ def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_s
         about = f"one axle in twenty is set up for a crown of {crown:g} m/s^2"
         prior = Prior(sd_m_s2, f"{about}: {_origin('crown_m_s2', params)}")
         yield Cause("axle_set_up", _shift(parts["set_up_sd"], per, prior), parts["set_up_sd"], prior)
+
+
+def by_layout(sd_rad: float, per_acceleration: float) -> Cause:
+    """Of a truck whose axle layout is not given: the lateral force of rear axles in bends.
+
+    Args:
+        sd_rad: of the offset.
+        per_acceleration: change of the offset by a shift of the neutral lateral acceleration.
+    """
+    shift = sd_rad / max(per_acceleration, _PER_ACCELERATION_MIN)
+    prior = Prior(shift, "lateral force of rear axles in bends, from none to that of a 6x4: axle_layout is not given")
+    return Cause("axle_layout", shift, sd_rad, prior)
 
 
 def _shift(sd_rad: float, per_acceleration: float, prior: Prior) -> float:

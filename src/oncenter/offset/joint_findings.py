@@ -34,6 +34,7 @@ _CAUSES: Mapping[Name, str] = {
     "pull": "a pull by the wheel alignment",
     "mean_wind": "a mean crosswind",
     "axle_set_up": "an axle set up for the road crown",
+    "axle_layout": "the axle layout",
 }
 _WHEELBASE_REPORTED_FROM = 0.04  # share: tyres and payload change the one of (10) by less
 _MOVES_FROM = 2  # changes: nobody remounts a sensor twice in a drive

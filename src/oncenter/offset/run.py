@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -13,6 +14,7 @@ import numpy.typing as npt
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.estimates.cause import by_layout
 from oncenter.estimates.changes import Change, changes_of
 from oncenter.estimates.estimates import DEFAULT_METHOD, METHODS, Method
 from oncenter.findings import Finding
@@ -41,7 +43,7 @@ from oncenter.offset.inputs import (
 )
 from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.signals_at_fault import without_faulty_estimates
-from oncenter.offset.unknown_truck import with_fitted_product
+from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout, with_fitted_product
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
 from oncenter.plausibility.check_result import NO_OFFSET
 from oncenter.plausibility.recording import recording_findings
@@ -142,7 +144,18 @@ def _of_unknown(result: _Result, logs: tuple[Signals, ...], vehicle: Vehicle, pa
         if fitted is None:
             break
         vehicle, result = fitted, _result(logs, fitted, params, "joint", None)
-    return _whole(result, vehicle, "joint", params)
+    if not lacks_axles(vehicle, params):
+        return _whole(result, vehicle, "joint", params)
+    of_one_axle = _result(logs, vehicle, {**params, SIDE_FORCE: 0.0}, "joint", None)
+    sd = sd_by_layout(result.native, of_one_axle.native)
+    native = result.native.copy()
+    native["offset"] = native["offset"].copy()
+    native["offset"]["standard_deviation"] = math.hypot(native["offset"]["standard_deviation"], sd)
+    answer = _whole(result._replace(native=native), vehicle, "joint", params)
+    if not answer.not_identifiable:
+        return answer
+    cause = by_layout(sd, answer.offset_per_acceleration)
+    return replace(answer, not_identifiable=(*answer.not_identifiable, cause))
 
 
 class _Result(NamedTuple):

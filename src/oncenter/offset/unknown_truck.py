@@ -11,11 +11,13 @@ from collections.abc import Mapping
 from oncenter import _core
 from oncenter.findings import Finding, Kind, demand, finding
 from oncenter.tuned import TUNED
-from oncenter.vehicle import Vehicle
+from oncenter.vehicle import ANY_SIDE_FORCE_M2_S2, Vehicle
 
 _IDENTIFIED = 0.25  # sd of the product, as a share: worth another pass
 _AGREES = 0.04  # between the product of a pass and the one that it finds, as a share
 _VALID = TUNED["joint_verdict.wheelbase_observable"]  # sd of an identified product, as a share
+_LAYOUT_SD = 0.85  # sd of the lateral forces of the four layouts, 7 (m/s)^2, over the one that is assumed
+SIDE_FORCE = "tandem_side_force_m2_s2"
 _BENDS_S = 60.0
 _SPOKEN = {"wheelbase_m": "the wheelbase", "steering_ratio": "the steering ratio"}
 _WORTH = ("traffic_side", "axle_layout", "wheelbase_m", "steering_ratio")  # the most useful one first
@@ -36,6 +38,20 @@ def with_fitted_product(native: _core.OcAnswer, vehicle: Vehicle, params: Mappin
     if not differs or not sd_m < _IDENTIFIED * product_m or not _is_usual(product_m, vehicle):
         return None
     return vehicle.with_product(product_m)
+
+
+def sd_by_layout(native: _core.OcAnswer, of_one_axle: _core.OcAnswer) -> float:
+    """Standard deviation of the offset by an axle layout that is not given, rad.
+
+    Args:
+        native: the core's oc_answer with the tandem force of any layout.
+        of_one_axle: of the same pass with that of one rear axle, none.
+    """
+    return _LAYOUT_SD * abs(native["offset"]["value"] - of_one_axle["offset"]["value"])
+
+
+def lacks_axles(vehicle: Vehicle, params: Mapping[str, float]) -> bool:
+    return vehicle.axle_layout is None and params[SIDE_FORCE] == ANY_SIDE_FORCE_M2_S2
 
 
 def product_of(native: _core.OcAnswer, vehicle: Vehicle) -> tuple[float, float]:

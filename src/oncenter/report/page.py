@@ -51,6 +51,7 @@ _CAUSES = {
     "pull": "by a pull, not identifiable from one drive",
     "mean_wind": "by the mean crosswind, not identifiable either",
     "axle_set_up": "by an axle set up for the crown, not identifiable either",
+    "axle_layout": "by the axle layout, which is not given",
 }
 _UNSIGNED = ("backlash", "understeer_gradient", *_WITHOUT_RATIO)
 

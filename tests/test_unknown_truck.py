@@ -130,6 +130,17 @@ def test_the_other_methods_refuse_an_unknown_truck_in_one_line(
         oc.offset(drive[0], method=method)
 
 
+def test_an_error_budget_needs_both_factors() -> None:
+    with pytest.raises(oc.OncenterError, match="the error budget needs steering_ratio of the truck"):
+        oc.budget(vehicle_from({"wheelbase_m": 3.7}, "t.toml"))
+
+
+def test_a_gradient_at_the_road_wheel_is_no_prior_without_a_ratio() -> None:
+    given = {"understeer_gradient_deg_m_s2": 0.4, "understeer_gradient_sd_deg_m_s2": 0.1}
+    with pytest.raises(oc.OncenterError, match="as a prior it needs 'steering_ratio'"):
+        vehicle_from(given, "t.toml")
+
+
 def test_a_log_alone_is_answered_at_the_command_line(
     drive: tuple[Signals, Truth], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -170,6 +170,8 @@ class Vehicle(BaseModel):
                 raise ValueError(f"'{sd_key}' is the standard deviation of '{key}', which is missing")
             if value is not None and sd is None and key != _MAY_LACK_ITS_SD:
                 raise ValueError(f"'{key}' needs its standard deviation, '{sd_key}'")
+            if key == _MAY_LACK_ITS_SD and sd is not None and "steering_ratio" not in values:
+                raise ValueError(f"'{key}' is at the road wheel: as a prior it needs 'steering_ratio'")
             if _is_number(value) and _is_number(sd):
                 given |= {param: value, sd_param: sd}
         return values | {"params": {**given, **values.get("params", {})}} if given else values
@@ -285,15 +287,23 @@ def vehicle_of(given: object, verb: str) -> Vehicle:
     return given
 
 
-def require_truck(vehicle: Vehicle, what: str) -> None:
+JOINT_DOES = ", or use --method joint"  # without wheelbase and ratio
+
+
+def require_truck(vehicle: Vehicle, what: str, hint: str = "") -> None:
     """
+    Args:
+        vehicle: of the user.
+        what: needs its wheelbase and ratio.
+        hint: what does without them, as the end of the message.
+
     Raises:
         OncenterError: "vehicle_file", exit code 2: the wheelbase or the steering ratio is only assumed.
     """
     if vehicle.assumed:
         keys = " and ".join(vehicle.assumed)
         raise OncenterError(
-            f"{what} needs {keys} of the truck: give them in a vehicle file (--vehicle), or use --method joint",
+            f"{what} needs {keys} of the truck: give {keys} in a vehicle file (--vehicle){hint}",
             code="vehicle_file",
             exit_code=WRONG_USAGE,
         )
@@ -322,7 +332,7 @@ def core_of(
         OncenterError: "params" or "vehicle_file", exit code 2.
     """
     if method != "joint":
-        require_truck(vehicle, f"method '{method}'")
+        require_truck(vehicle, f"method '{method}'", JOINT_DOES)
     if angle_method != "observer":
         require_truck(vehicle, f"the angle's method '{angle_method}'")
     widths = track_widths or {

@@ -87,7 +87,7 @@ def offset(
     from oncenter.cli.fail_on import fail_on_kinds, kinds_of
     from oncenter.cli.logs import read_log
     from oncenter.cli.places import logs_at
-    from oncenter.vehicle import require_truck
+    from oncenter.vehicle import JOINT_DOES, require_truck
 
     failing, take = kinds_of(fail_on), sources_of(source)
     if each:
@@ -96,7 +96,7 @@ def offset(
     inputs = [*places.logs, *filter(None, [vehicle_file]), *(dbc or ())]
     truck = _truck(vehicle_file, inputs, report, memory, applied, limit)
     if method != "joint":
-        require_truck(truck, f"method '{method}'")  # before a long log is read
+        require_truck(truck, f"method '{method}'", JOINT_DOES)  # before a long log is read
     params = {"use_accelerometer": 0.0} if no_accelerometer else None
     if each:
         databases = dbc or truck.databases()

@@ -16,7 +16,7 @@ from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.findings import PLAY_STANDARD_DEG
 from oncenter.signals import DEGREE
-from oncenter.vehicle import Vehicle
+from oncenter.vehicle import Vehicle, require_truck
 
 MEAN_SPEED_M_S = 15.0  # Figure 16
 BACKLASH_RAD = PLAY_STANDARD_DEG * DEGREE
@@ -186,8 +186,9 @@ def budget(
         backlash_rad: play of the steering, full width, 0 to 60 deg; the default is the maintenance standard.
 
     Raises:
-        OncenterError: "mean_speed", "backlash" (exit 2).
+        OncenterError: "mean_speed", "backlash", "vehicle_file" (exit 2).
     """
+    require_truck(vehicle, "the error budget")
     _check(mean_speed_m_s, backlash_rad)
     params = _core.default_params() | dict(vehicle.params)
     given = vehicle.understeer_gradient_deg_m_s2

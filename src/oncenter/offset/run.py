@@ -51,7 +51,7 @@ from oncenter.plausibility.signal_fault import SignalFault, finding_of, has_sign
 from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
-from oncenter.vehicle import UNKNOWN_TRUCK, Vehicle, core_of, core_params, require_truck, vehicle_of
+from oncenter.vehicle import JOINT_DOES, UNKNOWN_TRUCK, Vehicle, core_of, core_params, require_truck, vehicle_of
 
 if TYPE_CHECKING:
     from oncenter.offset.several_logs import Together
@@ -94,7 +94,7 @@ def offset(
         )
     vehicle = Vehicle(name=UNKNOWN_TRUCK) if vehicle is None else vehicle_of(vehicle, "offset")
     if method != "joint":
-        require_truck(vehicle, f"method '{method}'")
+        require_truck(vehicle, f"method '{method}'", JOINT_DOES)
     recorded, of_copies = without_copies(in_order(drives_of(signals, "offset")))
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(params_of(vehicle, params), given, method, recorded)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -244,3 +245,16 @@ def test_the_interval_of_a_real_car_without_its_numbers_holds_the_reference(name
     answer = oc.offset(signals)
     assert answer.offset.ci95 is not None
     assert answer.offset.ci95[0] < OXTS_DEG[name] * DEGREE < answer.offset.ci95[1]
+
+
+def test_most_of_the_short_drives_of_the_car_are_narrow_with_its_gates_and_play_alone() -> None:
+    given = tomllib.loads((Path(__file__).parents[1] / "examples" / "genesis.toml").read_text(encoding="utf-8"))
+    unknown = vehicle_from({key: given[key] for key in given.keys() - {"wheelbase_m", "steering_ratio"}}, "car.toml")
+    assert unknown.assumed == ("wheelbase_m", "steering_ratio")
+    wide = []
+    for name in OXTS_DEG:
+        answer = oc.offset(oc.read(real_drive(f"genesis/{name}.csv.gz"), names=unknown.signal_names), unknown)
+        assert answer.offset.ci95 is not None and answer.offset_half_width_rad is not None
+        assert answer.offset.ci95[0] < OXTS_DEG[name] * DEGREE < answer.offset.ci95[1]
+        wide += [name] if answer.offset_half_width_rad > 5.0 * DEGREE else []
+    assert len(wide) <= 2

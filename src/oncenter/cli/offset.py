@@ -37,6 +37,13 @@ def offset(
             "--each", help="Answer each log by itself, one line a log. Without it all logs must have the same VIN."
         ),
     ] = False,
+    join: Annotated[
+        bool,
+        typer.Option(
+            "--join",
+            help="Put logs that overlap in time together: they are files of one drive, for example one for each bus.",
+        ),
+    ] = False,
     json: Json = False,
     schema: Schema = "offset-2",
     report: Annotated[Path | None, typer.Option(metavar="OUT.html", help="Write a report: one HTML page.")] = None,
@@ -91,7 +98,7 @@ def offset(
 
     failing, take = kinds_of(fail_on), sources_of(source)
     if each:
-        _refuse_of_one_answer(report, memory)
+        _refuse_of_one_answer(report, memory, join)
     places = logs_at(logs)
     inputs = [*places.logs, *filter(None, [vehicle_file]), *(dbc or ())]
     truck = _truck(vehicle_file, inputs, report, memory, applied, limit)
@@ -106,7 +113,7 @@ def offset(
 
         fail_on_kinds(answer_each(places, one, schema if json else None), failing)
         return
-    answer, after = _of_all(places, truck, dbc or (), take, method, params, memory)
+    answer, after = _of_all(places, truck, dbc or (), take, method, params, memory, join)
     typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
     if memory is not None and after is not None:
         from oncenter.memory import write_memory
@@ -150,13 +157,14 @@ def _of_all(
     method: Method,
     params: dict[str, float] | None,
     memory: Path | None,
+    join: bool,
 ) -> tuple[oc.Answer, TruckMemory | None]:
     """The answer of all logs together, and the memory after them if it has changed."""
     import oncenter as oc
     from oncenter.cli.logs import read_logs
 
     before = None if memory is None else _remembered(memory, truck)
-    drives, found = read_logs(places, truck, dbc, take, _wanted(method, truck, params))
+    drives, found = read_logs(places, truck, dbc, take, _wanted(method, truck, params), join)
     with progress_bar("answering", *places.logs) as progress:
         if before is None:
             answer, after = oc.offset(drives, truck, method=method, params=params, progress=progress), None
@@ -183,13 +191,13 @@ def _wanted(method: Method, truck: oc.Vehicle, params: dict[str, float] | None) 
     return needed(method, (), params_of(truck, params))
 
 
-def _refuse_of_one_answer(report: Path | None, memory: Path | None) -> None:
+def _refuse_of_one_answer(report: Path | None, memory: Path | None, join: bool) -> None:
     """
     Raises:
         OncenterError: "usage", exit code 2.
     """
-    for option, path in (("--report", report), ("--memory", memory)):
-        if path is not None:
+    for option, is_given in (("--report", report is not None), ("--memory", memory is not None), ("--join", join)):
+        if is_given:
             raise OncenterError(
                 f"{option} needs one answer, and --each gives one for each log: leave one of them out",
                 code="usage",

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 _NO_FRAMES = ("column ", "variable ", "field ")  # sources of files without frames
 
-__all__ = ["SUFFIXES", "read", "refuse_unreadable", "require"]
+__all__ = ["SUFFIXES", "read", "read_joined", "refuse_unreadable", "require"]
 
 
 def read(
@@ -93,6 +93,24 @@ def _read(
     from oncenter.read.apart import read_apart
 
     return read_apart(*given)
+
+
+def read_joined(
+    paths: Sequence[Path],
+    vehicle: Vehicle,
+    dbc: Sequence[str | os.PathLike[str]] = (),
+    take: Mapping[str, str] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Signals:
+    """Reads files of one drive, which `read` can read, as one log.
+
+    Raises:
+        OncenterError: as `read`; "different_trucks"; "no_common_time": some have times since 1970, others do not.
+    """
+    from oncenter.read.apart import read_apart
+
+    given = vehicle.signal_names, dbc or vehicle.databases(), take or {}, progress or (lambda fraction: None)
+    return read_apart(paths[0], *given, paths[1:])
 
 
 def require(signals: Signals, needed: Sequence[str], vehicle: Vehicle | None = None) -> None:

@@ -30,8 +30,12 @@ def read_apart(
     dbc: Sequence[str | os.PathLike[str]],
     take: Mapping[str, str],
     progress: Callable[[float], None],
+    join: Sequence[Path] = (),
 ) -> Signals:
     """
+    Args:
+        join: other files of the same drive.
+
     Raises:
         OncenterError: as `oncenter.read`.
     """
@@ -40,9 +44,10 @@ def read_apart(
         "names": {signal: asdict(name) for signal, name in names.items()},
         "dbc": [os.fspath(file) for file in dbc],
         "take": dict(take),
+        "join": [os.fspath(file) for file in join],
     }
     with borrowed(READER) as child, _named(path):
-        answer = child.ask(request, limits_for(sum(map(_size, (path, *dbc)))))
+        answer = child.ask(request, limits_for(sum(map(_size, (path, *join, *dbc)))))
         import numpy  # noqa: F401 - it loads while the child reads
 
         for message in answer:

@@ -13,7 +13,7 @@ from oncenter.files.child import Send, collect_rarely, serve
 def _answer(request: Mapping[str, Any], send: Send) -> None:
     from oncenter.read.apart import sent, sent_frames
     from oncenter.read.frames_of_log import frames_of_log
-    from oncenter.read.here import read_here
+    from oncenter.read.here import read_here, read_joined
     from oncenter.read.named import columns_of_log, signals_of
     from oncenter.read.packed import logs_of_archive, unpack
     from oncenter.signals import SignalName
@@ -40,7 +40,11 @@ def _answer(request: Mapping[str, Any], send: Send) -> None:
         return
     names = {signal: SignalName(**name) for signal, name in request["names"].items()}
     dbc = [Path(file) for file in request["dbc"]]
-    sent(read_here(Path(request["signals"]), names, dbc, request["take"], progress), send)
+    paths = [Path(request["signals"]), *map(Path, request["join"])]
+    if len(paths) > 1:
+        sent(read_joined(paths, names, dbc, request["take"], progress), send)
+    else:
+        sent(read_here(paths[0], names, dbc, request["take"], progress), send)
 
 
 if __name__ == "__main__":

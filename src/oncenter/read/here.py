@@ -6,7 +6,6 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
@@ -19,11 +18,12 @@ from oncenter.read.decode import decode, wanted_by, with_signals, without_long
 from oncenter.read.frames import Kept, keep, with_groups
 from oncenter.read.frames_of_log import frames_of_log
 from oncenter.read.identity import NOT_STATED, Identity
+from oncenter.read.joined import WITHOUT_SIGNALS, Content, joined
 from oncenter.read.left_out import short_frames_notes
 from oncenter.read.mdf_comment import vin_in_header
 from oncenter.read.plugins import known_format, plugin_for
 from oncenter.read.samples import Samples
-from oncenter.read.set_back import SetBack, frames_on_one_clock
+from oncenter.read.set_back import frames_on_one_clock
 from oncenter.read.wording import cannot_read
 from oncenter.signals import SignalName, Signals
 
@@ -40,27 +40,64 @@ def read_here(
     Raises:
         OncenterError: as `read`.
     """
-    plugin = plugin_for(path)
     notes: list[str] = []
+    content = _content(path, names, dbc, notes, progress)
+    signals = as_signals(path, content.candidates, take, notes, content.about, content.frames, content.set_back)
+    progress(1.0)
+    return signals
+
+
+def read_joined(
+    paths: Sequence[Path],
+    names: Mapping[str, SignalName],
+    dbc: Sequence[str | os.PathLike[str]],
+    take: Mapping[str, str],
+    progress: Callable[[float], None],
+) -> Signals:
+    """Reads files of one drive, as of buses that were recorded each in a file, and puts their signals together by time.
+
+    Raises:
+        OncenterError: as `read`; no file has a signal; "different_trucks"; "no_common_time".
+    """
+    notes: list[str] = []
+    refused, contents = [], []
+    for path in paths:
+        try:
+            contents.append((path, _content(path, names, dbc, notes, lambda fraction: None)))
+        except OncenterError as error:
+            if error.code not in WITHOUT_SIGNALS:
+                raise
+            refused.append(error)
+        progress((len(contents) + len(refused)) / len(paths))
+    if not contents:
+        raise refused[0]
+    notes += map(str, refused)
+    content = joined(contents, take, notes)
+    return as_signals(paths[0], content.candidates, take, notes, content.about, content.frames, content.set_back)
+
+
+def _content(
+    path: Path,
+    names: Mapping[str, SignalName],
+    dbc: Sequence[str | os.PathLike[str]],
+    notes: list[str],
+    progress: Callable[[float], None],
+) -> Content:
+    plugin = plugin_for(path)
     before = path.stat()
     progress(0.0)
     log_format = None if plugin is not None else _format_of_bags() if is_bag_folder(path) else known_format(path)
     if log_format is not None and log_format.content in ("frames", "frames and channels"):
-        bus = _from_bus(path, log_format, names, dbc, notes, progress)
-        _note_a_change(path, before, notes)
-        signals = as_signals(path, bus.candidates, take, notes, Identity(bus.vin), bus.frames, bus.set_back)
-    else:
-        if plugin is not None:
-            from oncenter.read.plugin_log import read_plugin  # late import of polars
+        content = _from_bus(path, log_format, names, dbc, notes, progress)
+    elif plugin is not None:
+        from oncenter.read.plugin_log import read_plugin  # late import of polars
 
-            candidates, about = read_plugin(path, plugin, names, notes)
-        else:
-            assert log_format is not None
-            candidates, about = _not_of_frames(path, log_format, names, notes)
-        _note_a_change(path, before, notes)
-        signals = as_signals(path, candidates, take, notes, about)
-    progress(1.0)
-    return signals
+        content = Content(*read_plugin(path, plugin, names, notes))
+    else:
+        assert log_format is not None
+        content = Content(*_not_of_frames(path, log_format, names, notes))
+    _note_a_change(path, before, notes)
+    return content
 
 
 def _format_of_bags() -> Format:
@@ -97,15 +134,6 @@ def _not_of_frames(
     return read(path, names, notes), NOT_STATED
 
 
-class _Bus(NamedTuple):
-    """A log of frames. Without frames, `frames` and `set_back` are None."""
-
-    candidates: list[Samples]
-    vin: str | None
-    frames: FrameCount | None
-    set_back: SetBack | None
-
-
 def _from_bus(
     path: Path,
     log_format: Format,
@@ -113,7 +141,7 @@ def _from_bus(
     dbc: Sequence[str | os.PathLike[str]],
     notes: list[str],
     progress: Callable[[float], None],
-) -> _Bus:
+) -> Content:
     """Signals of a log of frames. A database replaces the J1939 layout of the messages it describes."""
     described = databases.definitions(dbc, names, notes)
     wanted = wanted_by(described)
@@ -136,9 +164,9 @@ def _from_bus(
     if not candidates:
         raise _no_signal_recognised(path, log_format, kept, described, notes)
     if not kept.total:
-        return _Bus(candidates, vin, None, None)
+        return Content(candidates, Identity(vin))
     count = FrameCount(kept.total - long, with_signals(frames, described))
-    return _Bus(candidates, vin, count, None if decoded and not len(frames) else set_back)
+    return Content(candidates, Identity(vin), count, None if decoded and not len(frames) else set_back)
 
 
 def _no_signal_recognised(

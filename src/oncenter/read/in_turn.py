@@ -12,7 +12,8 @@ import numpy as np
 
 from oncenter.read.samples import Samples
 
-_BY_NAME = ("column", "joined column")  # kinds of table columns: only those of one name are one source
+JOINED_COLUMN = "column of a file"
+_BY_NAME = ("column", JOINED_COLUMN)  # kinds of table columns: only those of one name are one source
 
 
 def in_turn(candidates: Sequence[Samples], taken: Collection[str], notes: list[str]) -> list[Samples]:

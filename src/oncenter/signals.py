@@ -103,7 +103,8 @@ class SignalName:
     `name` is the column, the MF4 channel, or `Message.Signal` of a DBC. `unit` is a key of the quantity's factors, or
     None for the file's own unit. `sign` is -1 where right is positive. `sign_by` is a signal that is not zero where a
     magnitude is to the right, `plus` one that is added, both named as `name` and sent in the same message. `time` is
-    the column or variable with its times, or the group that has them; `time_unit` is their unit.
+    the column or variable with its times, or the group that has them; `time_unit` is their unit. `gain` is the steering
+    ratio for an angle of the road wheels, else 1.
     """
 
     name: str
@@ -113,6 +114,12 @@ class SignalName:
     plus: str | None = None
     time: str | None = None
     time_unit: str | None = None
+    gain: float = 1.0
+
+    @property
+    def factor(self) -> float:
+        """Signal per value, both in one unit."""
+        return self.sign * self.gain
 
 
 @dataclass(frozen=True)

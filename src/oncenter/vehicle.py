@@ -52,6 +52,7 @@ UNKNOWN_TRUCK = "unknown truck"  # without a vehicle file
 _FACTORS = {"wheelbase_m": (1.0, 20.0), "steering_ratio": (1.0, 60.0)}  # of the product, with the core's limits
 _PRODUCT_SD = "known_wheelbase_share_sd_1"
 _PRODUCT_SD_1 = {1: 0.15, 2: 0.3}
+_ANGLE = "steering_wheel_angle"
 _MAY_LACK_ITS_SD = "understeer_gradient_deg_m_s2"  # `oncenter.budget` takes it alone
 _BOUNDED_BY = {  # params with a closer limit than their range, set by another param
     "delay_band_hz": "below 'cutoff_hz'",
@@ -69,6 +70,7 @@ class _SignalEntry(BaseModel):
     plus: str | None = None
     time: str | None = None
     time_unit: str | None = None
+    road_wheel: bool = False
 
 
 class Sensors(BaseModel):
@@ -186,6 +188,8 @@ class Vehicle(BaseModel):
             for key in ("sign_by", "plus", "time", "time_unit") if name == "time" else ():
                 if getattr(value[name], key):
                     raise ValueError(f"'time' has no '{key}'")
+            if value[name].road_wheel and name != _ANGLE:
+                raise ValueError(f"'{name}' has no 'road_wheel': only {_ANGLE} can be an angle of the road wheels")
         return value
 
     @field_validator("dbc", mode="before")
@@ -246,8 +250,24 @@ class Vehicle(BaseModel):
 
     @property
     def signal_names(self) -> dict[str, SignalName]:
-        """The `[signals]` table as readers take it."""
-        return {key: SignalName(**entry.model_dump()) for key, entry in self.signals.items()}
+        """The `[signals]` table as readers take it.
+
+        Raises:
+            OncenterError: "vehicle_file", exit code 2: an angle of the road wheels without a steering ratio.
+        """
+        if any(entry.road_wheel for entry in self.signals.values()) and "steering_ratio" in self.assumed:
+            raise OncenterError(
+                f"{self.origin or self.name}: an angle of the road wheels needs 'steering_ratio', by which it is "
+                "multiplied",
+                code="vehicle_file",
+                exit_code=WRONG_USAGE,
+            )
+        return {
+            key: SignalName(
+                **entry.model_dump(exclude={"road_wheel"}), gain=self.ratio_near_centre if entry.road_wheel else 1.0
+            )
+            for key, entry in self.signals.items()
+        }
 
     def databases(self) -> tuple[Path, ...]:
         """The files of `dbc`.

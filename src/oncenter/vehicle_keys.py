@@ -349,7 +349,7 @@ TABLES: dict[str, Key] = {
             "in a unit. By signal: `name` (column, channel, or Message.Signal of a database), `unit` (left out: the "
             "unit in the log or database), `sign` (-1 where right is positive), `sign_by` (the signal that has the "
             "sign of a magnitude), `plus` (the second part of a signal in two parts), `time` (its time column or "
-            "group, where a log has several) and `time_unit`.",
+            "group, where a log has several), `time_unit` and `road_wheel` (true for the angle of the road wheels).",
             {"yaw_rate": {"name": "ESP.YawRate", "unit": "deg_s", "sign": 1}},
             where="`oncenter signals LOG` shows the signals that a log has; `oncenter vehicle new --log LOG --dbc "
             "FILE` proposes names.",
@@ -408,6 +408,14 @@ SIGNAL_ENTRY: dict[str, Key] = {
             "ms",
             choices=("s", "ms", "us", "ns", "min", "h", "d"),
             without="the unit in its name, or that of `time`",
+        ),
+        Key(
+            "road_wheel",
+            "true where the log has the angle of the road wheels in place of the steering wheel angle: it is "
+            "multiplied by `steering_ratio`, near the centre of one that is not constant.",
+            True,
+            choices=("true", "false"),
+            without="false",
         ),
     )
 }

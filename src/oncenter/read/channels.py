@@ -143,7 +143,7 @@ def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[st
             continue
         known = factors(signal)
         if is_named:
-            factor = names[signal].sign * known[named_unit(signal, names[signal], known, written)]
+            factor = names[signal].factor * known[named_unit(signal, names[signal], known, written)]
         else:
             unit = suffix or unit_key(written, known) or ("1" if SIGNALS[signal].quantity is PURE_NUMBER else None)
             if unit is None:

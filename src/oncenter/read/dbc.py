@@ -229,9 +229,9 @@ def _named(message: Message, layout: Signal, signal: str, entry: SignalName) -> 
     if entry.plus is not None:
         part = by_name[entry.plus]
         own = unit_of_plus(signal, entry, unit, part.unit or "", layout.unit or "", known)
-        plus = part, entry.sign * known[own]
+        plus = part, entry.factor * known[own]
     sign_by = None if entry.sign_by is None else by_name[entry.sign_by]
-    return Field(layout, entry.sign * known[unit], signal, plus=plus, sign_by=sign_by)
+    return Field(layout, entry.factor * known[unit], signal, plus=plus, sign_by=sign_by)
 
 
 def _impossible(message: Message, layout: Signal, selectors: Sequence[Signal] | None) -> str | None:

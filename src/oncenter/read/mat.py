@@ -8,7 +8,7 @@ from __future__ import annotations
 import io
 import re
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -27,6 +27,7 @@ from oncenter.read.channels import (
     NoSamples,
     no_signal_recognised,
     not_there,
+    samples,
     samples_of,
     with_parts,
     without_zeros,
@@ -35,6 +36,7 @@ from oncenter.read.frames import Column
 from oncenter.read.mat_elements import check_elements
 from oncenter.read.mat_values import Budget, Opaque, Value
 from oncenter.read.samples import Samples
+from oncenter.read.spn import parameter_of, parameters_in, without_codes
 from oncenter.read.time_column import seconds, time_column
 from oncenter.read.units import TIME, unit_by_suffix
 from oncenter.read.wording import damaged, reason_of
@@ -63,7 +65,8 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
     channels = with_parts(path, list(_Walk(path, names).channels("", variables, None)), names)
     if not channels:
         raise _without_channels(path, variables, objects, names)
-    given = [samples for channel in channels for samples in samples_of(channel, names, notes)]
+    given = [each for channel in channels for each in samples_of(channel, names, notes)]
+    given += _parameters(path, channels, {each.signal for each in given})
     missing = not_there(channels, names, "variable")
     if objects:
         missing.append(f"{_objects(path, objects)} they were left out; {_HOW_TO_SAVE}")
@@ -71,6 +74,23 @@ def read(path: Path, names: Mapping[str, SignalName], notes: list[str]) -> list[
         raise no_signal_recognised(path, channels, names, "variable", [*notes, *missing])
     notes += missing
     return given
+
+
+def _parameters(path: Path, channels: Sequence[Channel], found: Collection[str]) -> Iterator[Samples]:
+    """Vectors with names of J1939 parameters, of signals that were not found by other names."""
+    by_name = {channel.name: channel for channel in channels}
+    for column, signal, factor in parameters_in(list(by_name), {}):
+        channel, named = by_name[column], parameter_of(column)
+        try:
+            time, values, _, lost = channel.content()
+        except NoSamples:
+            continue
+        if signal not in found and named is not None:
+            values, codes = without_codes(path, column, values * factor, named)
+            lost = lost | without_zeros({"error_code": codes})
+            yield samples(
+                column, channel.label, signal, time, values, column, named.rank, lost, "variable", channel.stamps
+            )
 
 
 def _variables(path: Path) -> dict[str, Value]:

@@ -33,6 +33,7 @@ from oncenter.read.frames import BYTES_MAX, MORE, Column, Frames, Kept, Wanted, 
 from oncenter.read.left_out import CutOff, left_out_frames
 from oncenter.read.samples import Samples
 from oncenter.read.set_back import pieces_of
+from oncenter.read.spn import parameter_of
 from oncenter.read.units import factors, unit_key
 from oncenter.read.wording import ASSIGN_THEM, damaged, reason_of
 from oncenter.signals import SignalName
@@ -412,7 +413,10 @@ def _j1939_channels(
     lost: dict[int, dict[str, int]] = {}  # by SPN
     time: Column | None = None
     for index, name in enumerate(channels):
+        by_number = parameter_of(name)
         message, parameter = _PARAMETERS.get(name.rsplit(".", 1)[-1].lower(), (None, None))
+        if message is None and by_number is not None and by_number.is_certain:
+            message, parameter = by_number.message, by_number.parameter
         if message is None or parameter is None or parameter.signal is None:
             continue
         try:

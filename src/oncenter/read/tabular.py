@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,6 +30,7 @@ from oncenter.read.numbers import in_si, numbers
 from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
 from oncenter.read.plugins import known_format
 from oncenter.read.samples import Samples, steps_of
+from oncenter.read.spn import parameter_of, parameters_in, without_codes
 from oncenter.read.table_of_frames import refuse_frames
 from oncenter.read.time_column import seconds, time_column, times_of_groups
 from oncenter.read.units import (
@@ -45,6 +47,7 @@ from oncenter.signals import PURE_NUMBER, SIGNALS, SignalName
 
 _POLARS_ERRORS = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
 _ROWS_OF_WORDS = 4  # below the header, with units or comments
+_ROAD_WHEEL = re.compile(r"(road|front|steered)[ _]?wheels?[ _]?(steer(ing)?[ _]?)?angle|(tire|tyre)[ _]?angle", re.I)
 SECOND = "_duplicated_0"  # polars' suffix for a repeated column name
 Wanted = tuple[str, str, float]  # column, signal, factor to SI with sign
 
@@ -304,6 +307,12 @@ def samples_of(
             lost["infinite"] = int(np.count_nonzero(np.isinf(values)))
             values = np.where(finite, values, np.nan)
         rank = 0 if signal in names and names[signal].name == column else 1
+        parameter = parameter_of(column) if rank and not column.startswith(f"{signal}_") else None
+        if parameter is not None and parameter.signal == signal:
+            rank = parameter.rank
+            values, codes = without_codes(path, column, values, parameter)
+            complete = complete and not codes
+            lost["error_code"] = codes
         labels = (column.lower(),)
         given.append(
             Samples(
@@ -339,7 +348,7 @@ def _whole(
         unit = named_unit(signal, entry, known, units.get(entry.name))
         written = units.get(entry.plus, "") or unit_by_suffix(entry.plus, known) or ""
         own = unit_of_plus(signal, entry, unit, written, units.get(entry.name, ""), known)
-        plus = in_si(numbers(path, frame[entry.plus]), entry.sign * known[own])
+        plus = in_si(numbers(path, frame[entry.plus]), entry.factor * known[own])
     if entry.sign_by is not None:
         sign = numbers(path, frame[entry.sign_by])
     return combined(values, plus, sign)
@@ -380,7 +389,7 @@ def columns_of(
         if named is not None and named.name in columns:
             known = factors(signal)
             unit = named_unit(signal, named, known, units.get(named.name))
-            wanted.append((named.name, signal, named.sign * known[unit]))
+            wanted.append((named.name, signal, named.factor * known[unit]))
             continue
         if named is not None:
             meant = did_you_mean(named.name, columns)
@@ -389,6 +398,15 @@ def columns_of(
         if not suffixed:
             notes += _nearly(columns, signal)
         wanted += suffixed
+    found = {signal for _, signal, _ in wanted}
+    wanted += [parameter for parameter in parameters_in(columns, units) if parameter[1] not in found]
+    if "steering_wheel_angle" not in {signal for _, signal, _ in wanted}:
+        notes += [
+            f"steering_wheel_angle: column {column} has the name of a road wheel angle: assign it in [signals] with "
+            "road_wheel = true"
+            for column in columns
+            if _ROAD_WHEEL.search(column)
+        ][:1]
     if not wanted:
         raise OncenterError(
             f"no signal recognised in {path.name}: its columns are {_listed(columns)}; {ASSIGN_THEM}, or rename them "

@@ -74,7 +74,8 @@ def _given(truck: Vehicle) -> Iterator[tuple[str, str]]:
             f"signals.{signal}",
             f"{entry.name}{f' plus {entry.plus}' if entry.plus else ''}{f' in {entry.unit}' if entry.unit else ''}"
             + (f", sign by {entry.sign_by}" if entry.sign_by else "")
-            + (", right is positive" if entry.sign == -1 else ""),
+            + (", right is positive" if entry.sign == -1 else "")
+            + (", the angle of the road wheels" if entry.road_wheel else ""),
         )
 
 

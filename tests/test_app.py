@@ -21,6 +21,7 @@ from oncenter.simulate import simulate_to_log
 
 pytest.importorskip("tornado", reason="tornado is not installed: pip install 'oncenter[report]'")
 
+ROOT = Path(__file__).parents[1]
 FORM = {
     "name": "M-AB 12",
     "wheelbase_m": "3,7 m",
@@ -198,6 +199,20 @@ def test_a_truck_that_nobody_describes_has_an_answer_too(page: Page, log: Path) 
     for group, name in (("unknown", "unknown"), (kept["group"], kept["name"])):
         answer = page.answer(key, group=group, name=name)
         assert "unknown_truck" in [finding["code"] for finding in answer["said"]["findings"]]
+
+
+def test_a_log_of_an_own_network_is_answered_by_its_database_alone(page: Page, tmp_path: Path) -> None:
+    """The angle of this network is positive to the right, which its database does not say: the log shows it."""
+    example = ROOT / "examples" / "own_dbc"
+    given = [sys.executable, example / "write_log.py", tmp_path / "own.log", "weave"]
+    subprocess.run(given, check=True, capture_output=True)
+    log, database = page.drop(tmp_path / "own.log"), page.drop(example / "chassis.dbc")
+    kept = page.said("POST", "/trucks", {**FORM, "name": "own network", "databases": [database], "logs": [log]})
+    assert "steering wheel angle: STEERING.WheelAngle (deg, reversed)" in kept["signals"]
+    page.said("DELETE", f"/logs/{database}")
+    answer = page.answer(log, group="yours", name=kept["name"])
+    low, high = answer["said"]["offset"]["ci95"]
+    assert low < 2.04 < high
 
 
 def test_two_drives_are_compared_and_have_a_certificate(page: Page, log: Path) -> None:

@@ -36,7 +36,19 @@ async function asked(wrong, action) {
 part("form").addEventListener("submit", (event) => {
   event.preventDefault();
   asked("truck-wrong", async () => {
-    const {group, name} = await send("POST", "/trucks", Object.fromEntries(new FormData(part("form"))));
+    const databases = [];
+    for (const file of part("databases").files) {
+      const {log: key} = await send("POST", "/logs", {name: file.name, size: file.size});
+      await fetch(`/logs/${key}`, {method: "PUT", body: file});
+      databases.push(key);
+    }
+    const dropped = [...logs.values()].filter((log) => log.isWhole).map((log) => log.key);
+    const form = Object.fromEntries(new FormData(part("form")));
+    const {group, name, signals, notes} = await send("POST", "/trucks", {...form, databases, logs: dropped});
+    const lines = [...signals, ...notes].map((line) => made("li", line));
+    const found = made("ul");
+    found.append(...lines);
+    part("found").replaceChildren(...(lines.length ? [made("p", texts.found), found] : []));
     let list = part("truck").querySelector(`[data-group="${group}"]`);
     if (!list) {
       list = made("optgroup");

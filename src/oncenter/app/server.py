@@ -21,7 +21,7 @@ from oncenter.app.texts import ENGLISH
 from oncenter.app.trucks import Trucks, number
 from oncenter.app.uploads import Upload, Uploads
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.log_formats import DATABASES, SUFFIXES
 from oncenter.report.canvas import COLOURS
 from oncenter.verdict.states import STATES, style
 
@@ -75,7 +75,7 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
         [
             (r"/", _Page, {"trucks": trucks}),
             (r"/app\.(css|js)", _Asset),
-            (r"/trucks", _Trucks, {"trucks": trucks}),
+            (r"/trucks", _Trucks, {"trucks": trucks, "uploads": uploads}),
             (r"/logs", _Logs, {"uploads": uploads}),
             (r"/logs/([\w-]+)", _Log, {"uploads": uploads}),
             (r"/answers", _Answers, places),
@@ -114,6 +114,7 @@ class _Page(Guarded):
         page = files("oncenter.app").joinpath("page.html").read_text(encoding="utf-8")
         template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(page)
         given = {"texts": ENGLISH, "groups": self._trucks.names(), "axles": _AXLES, "suffixes": ",".join(SUFFIXES)}
+        given["databases"] = ",".join(DATABASES)
         self.finish(template.render(given, marks={code: state.mark for code, state in STATES.items()}))
 
 
@@ -128,12 +129,18 @@ class _Asset(Guarded):
 
 
 class _Trucks(Guarded):
-    def initialize(self, trucks: Trucks) -> None:
-        self._trucks = trucks
+    def initialize(self, trucks: Trucks, uploads: Uploads) -> None:
+        self._trucks, self._uploads = trucks, uploads
 
-    def post(self) -> None:
-        try:
-            self.finish({"group": "yours", "name": self._trucks.keep(_asked(self))})
+    async def post(self) -> None:
+        asked = _asked(self)
+        files = [self._uploads.of(str(key)) for key in (*asked.get("databases", ()), *asked.get("logs", ()))]
+        whole = [upload.path for upload in files if upload is not None and upload.is_whole]
+        databases = [path for path in whole if path.name.lower().endswith(DATABASES)]
+        logs = [path for path in whole if path not in databases]
+        try:  # in a thread: a log is read
+            kept = await asyncio.to_thread(self._trucks.keep, asked, databases, next(iter(logs), None))
+            self.finish({"group": "yours", **kept._asdict()})
         except OncenterError as error:
             self.refuse(error)
 

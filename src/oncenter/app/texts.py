@@ -30,6 +30,10 @@ ENGLISH: Mapping[str, str] = {
     "traffic_side_where": "The side of the road: its slope moves the steering wheel.",
     "right": "the right side",
     "left": "the left side",
+    "databases": "CAN database, if the network is not J1939",
+    "databases_where": "A file .dbc, .kcd, .sym or .arxml. Drop a log of this truck below first: it decides between "
+    "signals of similar names.",
+    "found": "Found in the log and the database. Check them in the report:",
     "save_truck": "Keep this truck",
     "logs": "2. The logs",
     "drop": "Drop logs here, or choose files",

@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 from oncenter.app.texts import ENGLISH
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import file_stem
 from oncenter.files.whole_file import write_whole
-from oncenter.vehicle_file.new import new_vehicle_file
+from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
+from oncenter.vehicle_file.proposals import Proposal
 from oncenter.vehicle_file.shipped_files import shipped_names
 
 UNKNOWN = "unknown"  # group and name of a truck that nobody describes
 _NUMBERS = ("wheelbase_m", "steering_ratio")
 _WORDS = ("axle_layout", "traffic_side")
+
+
+class Kept(NamedTuple):
+    """The name of a truck's file, and what was found in its database or log, a line each."""
+
+    name: str
+    signals: list[str]
+    notes: list[str]
 
 
 class Trucks:
@@ -43,8 +52,13 @@ class Trucks:
             raise OncenterError(ENGLISH["needs_truck"], code="page")
         return ["--vehicle", name if group == "shipped" else str(self._folder / f"{name}.toml")]
 
-    def keep(self, form: Mapping[str, Any]) -> str:
-        """Writes a vehicle file from what a person typed; the name of the file.
+    def keep(self, form: Mapping[str, Any], databases: Sequence[Path], log: Path | None) -> Kept:
+        """Writes a vehicle file from what a person typed, with copies of the databases beside it.
+
+        Args:
+            form: its fields, as text.
+            databases: of a network that is not J1939.
+            log: a drive of this truck, which decides between signals of similar names.
 
         Raises:
             OncenterError: "vehicle_file": a field is not a number or out of its range; "page": a truck has this name.
@@ -61,10 +75,26 @@ class Trucks:
             )
         values = {"name": name, **{field: number(field, form) for field in _NUMBERS if form.get(field)}}
         values |= {field: form[field] for field in _WORDS if form.get(field)}
-        text = new_vehicle_file(path, values, [])
+        new_vehicle_file(path, values, [])  # what is typed is checked before files are read
+        proposed, notes = proposals_for(databases, log) if databases or log is not None else ([], [])
         self._folder.mkdir(parents=True, exist_ok=True)
-        write_whole(path, text)
-        return path.stem
+        copies = [path.with_name(f"{path.stem}-{number}{each.suffix}") for number, each in enumerate(databases, 1)]
+        for copy, given in zip(copies, databases, strict=True):
+            write_whole(copy, given.read_bytes())
+        write_whole(
+            path, new_vehicle_file(path, values | ({"dbc": list(map(str, copies))} if copies else {}), proposed)
+        )
+        return Kept(path.stem, [_line(each) for each in proposed], notes)
+
+
+def _line(proposed: Proposal) -> str:
+    """The name of a signal in the log, beside what it is."""
+    sign = ", reversed" if proposed.sign < 0 else ""
+    more = "".join(
+        f", {what} {name}" for what, name in (("plus", proposed.plus), ("sign by", proposed.sign_by)) if name
+    )
+    name = proposed.signal_name()
+    return f"{proposed.signal.replace('_', ' ')}: {proposed.named.name} ({name.unit}{sign}{more})"
 
 
 def number(field: str, form: Mapping[str, Any]) -> float:

@@ -12,7 +12,7 @@ from typing import BinaryIO
 
 from oncenter.errors import OncenterError
 from oncenter.files.file_name import file_stem, printable_name
-from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.log_formats import DATABASES, SUFFIXES
 
 AT_ONCE_MAX = 50  # logs that are not removed
 _FREE_BYTES_MIN = 1 << 28  # of the disk, for others
@@ -74,7 +74,7 @@ class Uploads:
             OncenterError: "page": it cannot be taken.
         """
         shown = printable_name(name)
-        if not name.lower().endswith(SUFFIXES):
+        if not name.lower().endswith((*SUFFIXES, *DATABASES)):
             raise OncenterError(f"{shown} is not a log: oncenter reads {', '.join(SUFFIXES)}", code="page")
         if size <= 0:
             raise OncenterError(f"{shown} is empty (0 bytes)", code="page")

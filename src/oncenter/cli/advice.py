@@ -9,13 +9,12 @@ from contextlib import suppress
 from pathlib import Path
 
 from oncenter.errors import OncenterError
-from oncenter.files.log_formats import SUFFIXES
+from oncenter.files.log_formats import DATABASES, SUFFIXES
 from oncenter.files.shipped import shipped
 from oncenter.nearest_name import did_you_mean, nearest
 from oncenter.read.wording import ASSIGN_THEM, FOUND
 from oncenter.vehicle_file.shipped_files import shipped_names
 
-_DATABASES = (".dbc", ".kcd", ".sym", ".arxml")
 _SIMILAR_MAX = 2  # names of files
 _WITH_COLUMNS = (".csv", ".csv.gz", ".parquet")  # logs of which `vehicle new --log` takes the names
 _LOG_FIRST = ("offset", "angle", "reference", "signals")  # commands whose first argument is a log
@@ -48,8 +47,8 @@ def _unreadable(message: str, arguments: Sequence[str]) -> str:
     """The advice on a file that does not exist: files of similar names in its folder."""
     for argument in arguments[1:]:
         if argument in message and not argument.startswith("-") and not os.path.lexists(argument):
-            is_database = argument.lower().endswith(_DATABASES)
-            return _similar_files(Path(argument), _DATABASES if is_database else SUFFIXES)
+            is_database = argument.lower().endswith(DATABASES)
+            return _similar_files(Path(argument), DATABASES if is_database else SUFFIXES)
     return ""
 
 
@@ -130,7 +129,7 @@ def _option(name: str, arguments: Sequence[str]) -> list[str]:
 def _unknown_format(message: str, arguments: Sequence[str]) -> str:
     given = next((each for each in arguments[1:] if Path(each).name and Path(each).name in message), "")
     suffix = Path(given).suffix.lower()
-    if suffix in _DATABASES:
+    if suffix in DATABASES:
         return f"a database follows --dbc: oncenter offset LOG --vehicle FILE --dbc {shlex.quote(given)}"
     if suffix == ".toml":
         return f"a vehicle file follows --vehicle: oncenter offset LOG --vehicle {shlex.quote(given)}"
@@ -142,7 +141,7 @@ def _vehicle_file(message: str, arguments: Sequence[str]) -> str:
     if not given or not ("is not TOML" in message or "cannot be read" in message):
         return ""
     name, quoted = given.lower(), shlex.quote(given)
-    if name.endswith(_DATABASES):
+    if name.endswith(DATABASES):
         return f"a database follows --dbc: --dbc {quoted}"
     if name.endswith(SUFFIXES):
         return f"a log comes first: oncenter {arguments[0]} {quoted} --vehicle FILE"

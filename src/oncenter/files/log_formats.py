@@ -166,6 +166,7 @@ OF_FRAMES = suffixes("frames", "frames and channels")
 OF_TABLES = suffixes("columns")
 OF_BAGS = suffixes("fields")
 READ_HERE = tuple(suffix for row in FORMATS if row.here for suffix in row.suffixes)  # usually
+DATABASES = (".dbc", ".kcd", ".sym", ".arxml")  # of CAN networks: beside a log
 WRITTEN = tuple(row.suffixes[0] for row in FORMATS if row.writer)
 
 

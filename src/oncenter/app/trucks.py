@@ -94,7 +94,8 @@ def _line(proposed: Proposal) -> str:
         f", {what} {name}" for what, name in (("plus", proposed.plus), ("sign by", proposed.sign_by)) if name
     )
     name = proposed.signal_name()
-    return f"{proposed.signal.replace('_', ' ')}: {proposed.named.name} ({name.unit}{sign}{more})"
+    unit = (name.unit or "").replace("_", "/").replace("s2", "s²")
+    return f"{proposed.signal.replace('_', ' ')}: {proposed.named.name} ({unit}{sign}{more})"
 
 
 def number(field: str, form: Mapping[str, Any]) -> float:

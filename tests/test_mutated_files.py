@@ -1,8 +1,12 @@
-"""Mutated vehicle files, scenarios and DBCs: each is accepted, or refused in one line."""
+"""Mutated vehicle files, scenarios, DBCs and logs: each is accepted, or refused in one line."""
 
 from __future__ import annotations
 
+import bz2
+import gzip
 import json
+import lzma
+import time
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,9 +15,14 @@ import pytest
 from drive_frames import START_S, Frame, candump, drive
 from mutated_text import mutated
 from test_estimate import steady_drive
+from test_read_busmaster import busmaster, canhacker, j1939
+from test_read_formats import asc
+from test_read_frame_table import canedge, clx, gvret, python_can
+from test_read_packed import archive, archive_of, zstd
 
 from oncenter.cli import run as command
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.files.child import READER_DEATHS
 from oncenter.read import read
 from oncenter.signals import SignalName
 from oncenter.simulate.scenario import read_scenario
@@ -126,3 +135,50 @@ def _hand_made(folder: Path) -> Path:
     file = folder / "by_hand.dbc"
     file.write_text(HAND_MADE)
     return file
+
+
+def _logs() -> dict[str, bytes]:
+    """A small log of each format and packing that only text or bytes mutate."""
+    sent = list(drive(2.0))
+    short = [*sent[:400], Frame(START_S + 3.0, 0x123, b"\x01\xff\x00", extended=False)]
+    text = candump(sent).encode()
+    flexible = [f"({START_S + 0.01 * k:.6f}) can0 18F0093E##1{bytes(range(k % 9 * 8)).hex()}\n" for k in range(300)]
+    return {
+        "savvycan.csv": gvret(short).encode(),
+        "canedge.csv": canedge(short).encode(),
+        "python_can.csv": python_can(short).encode(),
+        "clx000.txt": clx(short).encode(),
+        "busmaster.log": busmaster(short).encode(),
+        "j1939.log": j1939(sent).encode(),
+        "canhacker.trc": canhacker(short).encode(),
+        "utf_16.asc": asc().encode("utf-16"),
+        "can_fd.log": "".join(flexible).encode(),
+        "drive.log.gz": gzip.compress(text),
+        "drive.log.bz2": bz2.compress(text),
+        "drive.log.xz": lzma.compress(text),
+        "drive.log.zst": zstd(text),
+        "drive.zip": archive(text),
+        "drives.zip": archive_of({"a.log": text, "b/c.csv": canedge(sent).encode()}),
+    }
+
+
+LOGS = _logs()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LOGS)
+def test_a_mutated_log_is_read_or_refused_in_one_line(name: str, tmp_path: Path) -> None:
+    file, taken = tmp_path / name, 0
+    for seed in range(500):
+        file.write_bytes(mutated(LOGS[name], seed))
+        began = time.monotonic()
+        try:
+            read(file)
+        except OncenterError as refused:
+            message = str(refused)
+            assert message.isprintable() and len(message) < _LINE_MAX and refused.exit_code == 1, (seed, message)
+            assert refused.code not in READER_DEATHS, (seed, message)
+        else:
+            taken += 1
+        assert time.monotonic() - began < 20.0, seed
+    assert taken > 10 or name == "drives.zip"

@@ -49,14 +49,6 @@ class Format:
     writer_needs: str = ""
     limits: str = ""
 
-    def is_of(self, head: bytes, text: bytes) -> bool:
-        """
-        Args:
-            head: the first bytes of a file.
-            text: the same in UTF-8, if they are text.
-        """
-        return head.startswith(self.begins) if self.line is None else self.line.search(text) is not None
-
 
 def _line(*kinds: bytes) -> re.Pattern[bytes]:
     """A line of one of these kinds."""
@@ -175,20 +167,32 @@ def format_of(name: str) -> Format | None:
     return next((row for row in FORMATS if name.lower().endswith(row.suffixes)), None)
 
 
-def format_of_content(head: bytes, name: str) -> Format | None:
-    """The format of a file: its first bytes decide, then the structure of its lines, then its name.
+def recognised(head: bytes, name: str) -> Format | None:
+    """The format of a file to which its content belongs: by its first bytes, then by a line of its text.
 
     Args:
         head: the first `HEAD_BYTES` of the file.
-        name: of the file. It also decides between formats to which the content belongs.
+        name: of the file; it decides between formats to which the content belongs.
     """
+    named = _named(name)
+    in_order = [*named, *(row for row in FORMATS if row not in named)]
+    begun = next((row for row in in_order if row.begins and head.startswith(row.begins)), None)
+    if begun is not None:
+        return begun
     text = as_utf_8(head)
-    found = [row for row in FORMATS if row.is_of(head, text)]
-    names = name.lower(), re.sub(r"\.(?:gz|bz2|xz|zstd?|zip)$", "", name.lower())  # of a file that was packed
-    named = [row for row in FORMATS if any(each.endswith(row.suffixes) for each in names)]
-    of_both = [row for row in found if row in named]
-    by_name = [row for row in named if ANY_TEXT not in row.suffixes]
-    return next(iter([*of_both, *found, *by_name]), _TABLE if _has_columns(text) else None)
+    return next((row for row in in_order if row.line is not None and row.line.search(text)), None)
+
+
+def format_of_content(head: bytes, name: str) -> Format | None:
+    """The format of a file by its content, else by its name, else as a table if it has columns."""
+    by_name = (row for row in _named(name) if ANY_TEXT not in row.suffixes)
+    return recognised(head, name) or next(by_name, _TABLE if _has_columns(as_utf_8(head)) else None)
+
+
+def _named(name: str) -> list[Format]:
+    """The formats with a file's suffix, also behind that of a packed file."""
+    names = name.lower(), re.sub(r"\.(?:gz|bz2|xz|zstd?|zip)$", "", name.lower())
+    return [row for row in FORMATS if any(each.endswith(row.suffixes) for each in names)]
 
 
 def as_utf_8(head: bytes) -> bytes:

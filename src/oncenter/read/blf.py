@@ -369,7 +369,8 @@ def _frames_like(
     identifier, channel = _field(data, body + 4, "<u4"), _field(data, body, layout.channel)
     ticks, unit = _field(data, at + 24, "<u8"), _field(data, at + 16, "<u4")
     per_second = np.where(unit == _TEN_MICROSECONDS, 1e5, 1e9)
-    first, first_there = np.minimum(length, 8), np.minimum(there, 8)
+    is_long = bool(len(length)) and int(length.max()) > 8
+    first, first_there = (np.minimum(length, 8), np.minimum(there, 8)) if is_long else (length, there)
     frames = Frames(
         ticks / per_second + log.start_s,
         identifier & np.uint32((1 << 29) - 1),
@@ -377,7 +378,7 @@ def _frames_like(
         _field(data, body + layout.data, "<u8") & _FIRST_BYTES[first_there] | ~_FIRST_BYTES[first],
         length,
         _buses(channel),
-        None if not len(length) or length.max() <= 8 else _more(data, body + layout.data + 8, length, there),
+        _more(data, body + layout.data + 8, length, there) if is_long else None,
     )
     return frames, at
 

@@ -27,6 +27,7 @@ _COLUMNS = ("Time", "Tx/Rx", "Channel", "CAN ID", "Type", "DLC", "DataBytes")
 _CLOCK_FIELDS = 4  # h m s and digits, once their colons are blanks
 _BLANKS = bytes.maketrans(b":", b" ")
 _DAY_S = 86_400.0
+_HOURS_MAX = 10_000  # of a measurement
 _DIRECTIONS = (b"Rx", b"Tx")
 
 
@@ -149,6 +150,8 @@ class _Log:
             self.others.count_no_data("remote_frame")
             return None
         hour, minute, second = map(int, words[:3])
+        if max(hour, minute, second) > _HOURS_MAX:
+            raise ValueError("not a time")
         time = hour * 3600 + minute * 60 + second + float(f"0.{words[3]}")
         count, base = int(words[at["DLC"]]), 10 if self.decimal else 16
         if "PGN" in at and count > 8:  # joined of several frames

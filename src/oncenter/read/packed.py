@@ -12,7 +12,6 @@ import lzma
 import sys
 import tempfile
 import zipfile
-import zlib
 from collections.abc import Callable, Iterator
 from pathlib import Path, PurePosixPath
 from typing import IO, Any, cast
@@ -30,8 +29,6 @@ _BLOCK_BYTES = 1 << 20
 _DEPTH_MAX = 2  # a packed log in an archive
 _MEMBERS_MAX, _SHOWN = 10_000, 5
 _XZ_MEMORY_BYTES = 256 << 20
-
-_DAMAGED = (EOFError, zlib.error, lzma.LZMAError, zipfile.BadZipFile, ValueError, NotImplementedError, RuntimeError)
 
 
 @contextlib.contextmanager
@@ -74,12 +71,14 @@ def unpack(path: Path, member: str, folder: Path) -> Path:
             with _opened(path, packing, member) as packed, target.open("wb") as file:
                 left = _copied(packed, file, left)
             path, member = target, ""
-    except _DAMAGED as error:
-        raise damaged(name, reason_of(error)) from error
+    except OncenterError:
+        raise
     except OSError as error:
         if error.errno is None:  # of bz2 and gzip
             raise damaged(name, reason_of(error)) from error
         raise cannot_read(path, error) from error
+    except Exception as error:  # each way of packing has errors of its own
+        raise damaged(name, reason_of(error)) from error
     raise OncenterError(f"cannot read {name}: it is packed more than twice: unpack it", code="unreadable_log")
 
 
@@ -92,7 +91,9 @@ def logs_of_archive(path: Path) -> list[str]:
     try:
         with zipfile.ZipFile(path) as archive:
             return _logs(archive, path.name)
-    except (*_DAMAGED, OSError) as error:
+    except OncenterError:
+        raise
+    except Exception as error:  # of zipfile, zlib, bz2 or lzma
         raise damaged(path.name, reason_of(error)) from error
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from oncenter.errors import OncenterError
 from oncenter.files.folder import is_bag_folder
-from oncenter.files.log_formats import FORMATS, HEAD_BYTES, SUFFIXES, Format, format_of_content
+from oncenter.files.log_formats import FORMATS, HEAD_BYTES, SUFFIXES, Format, format_of_content, recognised
 from oncenter.files.other_files import described, other_kind
 from oncenter.files.regular_file import open_regular_file
 from oncenter.read.wording import cannot_read
@@ -58,8 +58,9 @@ def known_format(path: Path) -> Format:
             head = file.read(HEAD_BYTES)
     except (OSError, ValueError) as error:
         raise cannot_read(path, error) from error
-    other = other_kind(head)
-    found = None if other else format_of_content(head, path.name)
+    found = recognised(head, path.name)
+    other = "" if found is not None else other_kind(head)
+    found = found if found is not None or other else format_of_content(head, path.name)
     if found is not None:
         return found
     tried = ", ".join(dict.fromkeys(row.origin for row in FORMATS))

@@ -122,6 +122,14 @@ def test_its_signals_are_those_of_candump_whatever_its_name(kind: str, tmp_path:
             np.testing.assert_allclose(ours.columns[column][5:395], usual.columns[column][5:395], atol=0.02)
 
 
+@pytest.mark.parametrize("kind", ["system", "CANHacker"])
+def test_a_log_in_utf_16_is_that_in_utf_8(kind: str, tmp_path: Path) -> None:
+    name, text = LOGS[kind]
+    for encoding in ("utf-16", "utf-16-le"):
+        (tmp_path / name).write_bytes(text.encode(encoding))
+        assert octets(frames_in(tmp_path / name)) == [frame.data for frame in SENT], encoding
+
+
 def test_two_sessions_in_a_file_keep_their_dates(tmp_path: Path) -> None:
     later = re.sub(r"DATE AND TIME \d+:", "DATE AND TIME 20:", busmaster(SENT))
     (tmp_path / "drive.log").write_text(busmaster(SENT) + later)

@@ -70,7 +70,8 @@ class Line(NamedTuple):
 
 
 def lines() -> list[Line]:
-    rows = [row.strip("|").split("|") for row in PAGE.read_text(encoding="utf-8").splitlines() if row.startswith("| ")]
+    page = PAGE.read_text(encoding="utf-8").partition("\n## Quirks of formats")[0]
+    rows = [row.strip("|").split("|") for row in page.splitlines() if row.startswith("| ")]
     return [Line(*(cell.strip() for cell in row)) for row in rows[1:]]
 
 

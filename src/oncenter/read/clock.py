@@ -529,10 +529,12 @@ def _way(time: Column, ticks: Column, span: float) -> _Way:
     weight = since / step
     near = np.diff(time) <= span * (1 + 1e-9)
     inside = (since > 0) & (since < step) & near[before]
-    at_start = ~inside & (np.abs(since) <= ON_TICK_S)
-    at_end = ~inside & (np.abs(since - step) <= ON_TICK_S)
+    on_start, on_end = np.abs(since) <= ON_TICK_S, np.abs(since - step) <= ON_TICK_S
+    at_start, at_end = ~inside & on_start, ~inside & on_end
     weight[at_start] = 0.0
     weight[at_end] = 1.0
     # Between two samples too: the remainder of a step of a coarse signal would be taken for its resolution.
-    snapped = np.where(np.abs(since) <= ON_TICK_S, 0.0, np.where(np.abs(since - step) <= ON_TICK_S, 1.0, weight))
+    snapped = weight.copy()
+    snapped[on_end] = 1.0
+    snapped[on_start] = 0.0
     return _Way(before, weight, snapped, inside | at_start | at_end, near)

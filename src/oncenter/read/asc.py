@@ -6,6 +6,7 @@ unusual frame gives the same result as python-can.
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -223,7 +224,20 @@ def _flexible(time: float, text: str, base: int, no_data: Counter[str]) -> Row |
         return None
     if len(data) < count:
         raise IndexError("the line ends before its data")
-    return row(time, number, extended, bytes(int(byte, base) for byte in data[:count]), int(bus) - 1)
+    return row(time, number, extended, _octets(data[:count], base), int(bus) - 1)
+
+
+def _octets(words: list[str], base: int) -> bytes:
+    """
+    Raises:
+        ValueError: a word is no byte.
+    """
+    if base == 16:
+        with contextlib.suppress(ValueError):  # a byte of one digit
+            octets = bytes.fromhex(" ".join(words))
+            if len(octets) == len(words):
+                return octets
+    return bytes(int(byte, base) for byte in words)
 
 
 def _number(identifier: str, base: int) -> tuple[int, bool]:

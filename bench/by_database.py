@@ -26,7 +26,6 @@ import oncenter as oc
 from oncenter.cli import run
 from oncenter.errors import OncenterError
 from oncenter.read.database_file import read_database
-from oncenter.read.dbc import _place
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate import simulate_to_log
 
@@ -69,7 +68,7 @@ def payloads(message: Message, values: dict[str, npt.NDArray[np.float64]]) -> li
         raw = np.rint((physical - float(layout.offset)) / float(layout.scale)).astype(np.int64)
         low = -(1 << (layout.length - 1)) if layout.is_signed else 0
         raw = np.clip(raw, low, low + (1 << layout.length) - 1).astype(np.uint64)
-        bits = (raw & np.uint64((1 << layout.length) - 1)) << np.uint64(_place(layout)[0])
+        bits = (raw & np.uint64((1 << layout.length) - 1)) << np.uint64(shift_of(layout))
         if layout.byte_order == "little_endian":
             little |= bits
         else:
@@ -77,6 +76,14 @@ def payloads(message: Message, values: dict[str, npt.NDArray[np.float64]]) -> li
     whole = little.astype("<u8").view(np.uint8) | big.astype(">u8").view(np.uint8)
     digits = whole.tobytes().hex().upper()
     return [digits[16 * k : 16 * k + 16] for k in range(length)]
+
+
+def shift_of(layout: Signal) -> int:
+    """Of a signal in the first eight bytes, read in its byte order."""
+    if layout.byte_order == "little_endian":
+        return int(layout.start)
+    first = 8 * (layout.start // 8) + 7 - layout.start % 8  # bits from the first of the frame
+    return int(64 - first - layout.length)
 
 
 def parts(

@@ -70,7 +70,7 @@ class Line(NamedTuple):
 
 
 def lines() -> list[Line]:
-    page = PAGE.read_text(encoding="utf-8").partition("\n## Quirks of formats")[0]
+    page = PAGE.read_text(encoding="utf-8").partition("\n## ")[0]
     rows = [row.strip("|").split("|") for row in page.splitlines() if row.startswith("| ")]
     return [Line(*(cell.strip() for cell in row)) for row in rows[1:]]
 
@@ -434,3 +434,11 @@ def test_a_row_of_the_table_is_true(line: Line, scenario: str) -> None:
 def test_each_row_has_a_fault_and_each_fault_a_row() -> None:
     assert sorted(line.key for line in lines()) == sorted(QUIRKS)
     assert set(MORE_DEG) <= set(QUIRKS)
+
+
+def test_each_row_about_files_names_a_test() -> None:
+    of_files = PAGE.read_text(encoding="utf-8").partition("\n## ")[2]
+    named = re.findall(r"\| `(test_\w+)` \|$", of_files, re.MULTILINE)
+    tests = "".join(path.read_text(encoding="utf-8") for path in Path(__file__).parent.glob("test_*.py"))
+    assert len(named) == of_files.count("\n| ") - 1
+    assert all(f"def {name}(" in tests for name in named)

@@ -158,6 +158,12 @@ def test_a_truck_whose_memory_is_in_use_is_watched_all_the_same(log: Path, tmp_p
     assert _resumed(frames, tmp_path, "one")[1] == ["resumed the saved state of one"]
 
 
+def test_a_pipe_in_the_place_of_the_memory_does_not_stop_the_start(log: Path, tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "one.state")
+    _, (line,) = _resumed(frames_of_log(log), tmp_path, "one")
+    assert line.endswith("one.state: is a device or a pipe, not a file") and "neither resumed nor saved" in line
+
+
 def core_of(learner: Learner) -> Any:
     assert learner.core is not None
     return learner.core

@@ -241,6 +241,11 @@ def test_the_last_minutes_of_the_gate_have_a_row_for_each_reason_so_far(log: Pat
     assert np.diff(heights_px).tolist() == [20, 0, 20]
 
 
+def test_driving_that_nobody_records_is_not_said_to_be_recorded(log: Path) -> None:
+    now = replace(session_of(log, 1.0).snapshot, phase="running")
+    assert words.gate(now) == (True, "this driving is used")
+
+
 class Served:
     """The page's server in this process, on a loop that a test runs."""
 
@@ -465,7 +470,7 @@ def test_in_a_browser_the_wheel_turns_the_interval_shrinks_and_findings_appear(l
             until(lambda: view.get_attribute("#offset", "class") == f"offset {view.text_content('#status')}")
         assert len(turned) == 4
         until(lambda: width() < 0.6 * widths[0])
-        until(lambda: view.text_content("#gate") == "Recording: this driving is used")
+        until(lambda: view.text_content("#gate") == "This driving is used")
         view.wait_for_selector("#findings li.info")
         assert "No single drive can identify" in view.text_content("#findings")
         assert "a pull or crosswind, which one drive cannot separate from the offset" in view.text_content("#beside")

@@ -28,10 +28,10 @@ def open_regular_file(path: _AnyPath) -> FileIO:
         OSError: it is a directory, a device or a pipe, or cannot be opened; `strerror` says which.
         ValueError: the path holds a zero byte.
     """
-    _refuse_mode(os.stat(path).st_mode, "a file")
+    refuse_mode(os.stat(path).st_mode, "a file")
     file = FileIO(os.open(path, os.O_RDONLY | O_NONBLOCK | O_BINARY), "rb")
     try:
-        _refuse_mode(os.fstat(file.fileno()).st_mode, "a file")
+        refuse_mode(os.fstat(file.fileno()).st_mode, "a file")
     except OSError:
         file.close()
         raise
@@ -73,12 +73,16 @@ def refuse_what_is_no_regular_file(
         why = f"cannot read {os.fspath(path)}: {getattr(error, 'strerror', None) or error}"
         raise OncenterError(why, code=code, exit_code=exit_code) from None
     try:
-        _refuse_mode(mode, f"a {what}")
+        refuse_mode(mode, f"a {what}")
     except OSError as error:
         raise OncenterError(f"{os.fspath(path)} {error.strerror}", code=code, exit_code=exit_code) from None
 
 
-def _refuse_mode(mode: int, wanted: str) -> None:
+def refuse_mode(mode: int, wanted: str) -> None:
+    """
+    Raises:
+        OSError: the mode is not of a regular file; `strerror` says of what, and that it is not `wanted`.
+    """
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, f"is a directory, not {wanted}")
     if not stat.S_ISREG(mode):

@@ -13,7 +13,7 @@ from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files import lock
 from oncenter.files.file_name import file_stem
-from oncenter.files.regular_file import O_BINARY, O_NOFOLLOW
+from oncenter.files.regular_file import O_BINARY, O_NOFOLLOW, O_NONBLOCK, refuse_mode
 
 SLOTS = 2
 _CONTENT_MAX_BYTES = 1 << 22
@@ -55,7 +55,8 @@ class Memory:
         """Restores the core's saved state, and locks the file."""
         path = self._stem.with_name(f"{self._stem.name}.state")
         try:
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT | O_NOFOLLOW | O_BINARY, 0o644)
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | O_NOFOLLOW | O_NONBLOCK | O_BINARY, 0o644)
+            refuse_mode(os.fstat(self._file).st_mode, "a file")
             why = "" if lock.take(self._file) else "another oncenter live uses it"
             saved_s = os.fstat(self._file).st_mtime
             content = b"" if why else os.read(self._file, _CONTENT_MAX_BYTES)

@@ -96,7 +96,7 @@ def gate(now: Snapshot) -> tuple[bool, str]:
         return False, _PHASES[now.phase]
     if now.reasons:
         return False, "not used: " + ", ".join(REASONS[name] for name in now.reasons)
-    return True, "recording: this driving is used"
+    return True, "this driving is used"
 
 
 def quantities(now: Snapshot) -> dict[str, str]:

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 import argparse
 import asyncio
-import base64
-import contextlib
 import http.client
 import json
 import os
@@ -33,8 +31,6 @@ from typing import Any
 
 import can
 import numpy as np
-from tornado.httpclient import HTTPRequest
-from tornado.websocket import websocket_connect
 
 import oncenter as oc
 from oncenter.read import candump
@@ -44,6 +40,8 @@ from oncenter.simulate import simulate_to_log
 
 GROUP = "239.74.163.2"
 PORT = 5016
+EVENTS = f"GET /events HTTP/1.1\r\nHost: 127.0.0.1:{PORT}\r\n\r\n".encode()
+LINE_MAX_BYTES = 1 << 20  # a figure in one line
 FRAMES_PER_S, CROWD_FRAMES_PER_S = 2000, 4000
 CROWD = 18  # viewers beside the browser and the slow one
 FLOOD = 8  # connections of the client that requests continuously
@@ -159,22 +157,16 @@ async def visit(seconds: int) -> None:
 
 
 async def view(seconds: int) -> int:
-    """How many messages came."""
-    token = token_of(await asyncio.to_thread(first_page))
-    request = HTTPRequest(f"ws://127.0.0.1:{PORT}/ws", headers={"Origin": f"http://127.0.0.1:{PORT}"})
-    connection = await websocket_connect(request, subprotocols=["bokeh", token])
-    for _ in range(3):  # of its ACK
-        await connection.read_message()
-    for part in ('{"msgid":"1","msgtype":"PULL-DOC-REQ"}', "{}", "{}"):
-        await connection.write_message(part)
+    """How many states came."""
+    reader, writer = await asyncio.open_connection("127.0.0.1", PORT, limit=LINE_MAX_BYTES)
+    writer.write(EVENTS)
     count, until_s = 0, time.monotonic() + seconds
     while time.monotonic() < until_s:
-        with contextlib.suppress(TimeoutError):
-            message = await asyncio.wait_for(asyncio.shield(connection.read_message()), 10.0)
-            if message is None:
-                raise SystemExit("a viewer was cut off")
-            count += isinstance(message, str) and "PATCH-DOC" in message
-    connection.close()
+        line = await asyncio.wait_for(reader.readline(), 10.0)
+        if not line:
+            raise SystemExit("a viewer was cut off")
+        count += line.startswith(b'data: {"number"')
+    writer.close()
     return count
 
 
@@ -191,17 +183,6 @@ def ask(seconds: int) -> tuple[int, int]:
         refused += answer.status != 200
     connection.close()
     return requests, refused
-
-
-def first_page() -> str:
-    with urllib.request.urlopen(f"http://127.0.0.1:{PORT}/", timeout=30) as answer:
-        return str(answer.read().decode())
-
-
-def token_of(page: str) -> str:
-    found = re.search(r'"token":"([^"]+)"', page)
-    assert found
-    return found[1]
 
 
 def page_process_of(pid: int) -> int:
@@ -284,18 +265,11 @@ def watch_memory(pid: int, memory: list[tuple[float, float]], enough: threading.
 
 
 def slow_viewer(enough: threading.Event) -> None:
-    """Opens the socket as the page does, and reads it slower than it is written."""
-    token = token_of(first_page())
+    """Asks for the events as the page does, and reads them slower than they are written."""
     with socket.socket() as connection:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8192)
         connection.connect(("127.0.0.1", PORT))
-        own = f"127.0.0.1:{PORT}"
-        key = base64.b64encode(b"0123456789abcdef").decode()
-        connection.sendall(
-            f"GET /ws HTTP/1.1\r\nHost: {own}\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Key: {key}"
-            f"\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Protocol: bokeh, {token}\r\nOrigin: http://{own}\r\n\r\n"
-            "".encode()
-        )
+        connection.sendall(EVENTS)
         while not enough.wait(0.1):
             if not connection.recv(SLOW_BYTES_PER_S // 10):
                 raise SystemExit("the slow viewer was cut off")

@@ -1,4 +1,4 @@
-// Shows the newest state of the session: words and marks here, the figures are Bokeh's.
+// Shows the newest state of the session: words and marks here, the figures are BokehJS's.
 const at = (id) => document.getElementById(id);
 const SVG = "http://www.w3.org/2000/svg";
 const SCALES_DEG = [10, 30, 90, 270, 900], HALF_PX = 100, KEEP_WIDE_MS = 3000, OFF_DEG = 30;
@@ -118,12 +118,21 @@ const show = (now) => {
   requestAnimationFrame(() => dispatchEvent(new CustomEvent("shown", {detail: {number: now.number, frame_s: now.frame_s}})));
 };
 
-const follow = () => {
-  const source = Bokeh.documents.length ? Bokeh.documents[0].get_model_by_name("now") : null;
-  if (source === null) return setTimeout(follow, 20);
-  const shown = () => show(JSON.parse(source.data.json[0]));
-  source.properties.data.change.connect(shown);
-  shown();
+// The new values of one figure, by the identifiers of its models.
+const redraw = (picture) => {
+  for (const [id, values] of Object.entries(picture)) {
+    for (const [name, column] of Object.entries(values.data ?? {})) values.data[name] = column.map((value) => value ?? NaN);
+    Bokeh.documents.map((document) => document.get_model_by_id(id)).find((model) => model).setv(values);
+  }
+};
+
+const follow = async () => {
+  for (const figure of JSON.parse(at("figures").textContent)) await Bokeh.embed.embed_item(figure);
+  restyle();
+  const events = new EventSource("events");
+  events.onmessage = ({data}) => show(JSON.parse(data));
+  events.addEventListener("picture", ({data}) => redraw(JSON.parse(data)));
+  events.onerror = () => events.close(); // the page asks below whether the server is back
 };
 follow();
 

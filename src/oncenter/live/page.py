@@ -1,6 +1,6 @@
-"""One viewer's page as a Bokeh document, updated with the newest snapshot.
+"""The live page and its events: files that are rendered once, then the newest snapshot for each viewer.
 
-The next update is made after the viewer has received the last one: a slow viewer gets fewer updates and delays nobody.
+The next event is made after the viewer has taken the last one: a slow viewer gets fewer events and delays nobody.
 """
 
 from __future__ import annotations
@@ -9,10 +9,14 @@ import asyncio
 import json
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import asdict
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from bokeh.embed import json_item
+from bokeh.resources import Resources
+from jinja2 import Environment
 
 from oncenter.live import words
 from oncenter.live.pictures import Pictures
@@ -22,21 +26,8 @@ from oncenter.signals import DEGREE
 from oncenter.verdict import Verdict
 from oncenter.verdict.states import style as states_style
 
-if TYPE_CHECKING:
-    from bokeh.application.application import SessionContext
-    from bokeh.document import Document
-    from bokeh.models import ColumnDataSource
-    from bokeh.resources import Resources
-
 _NOTICES_SHOWN = 6
-_TOKEN = "TOKEN-OF-THE-VIEWER"  # placeholder in the page's HTML
-_LAST_S = 0.5  # for updates on their way at the end
-
-# The browser may load from this server only, whatever the page or a library in it tries.
-_POLICY = (
-    "default-src 'none'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; img-src 'self' data: "
-    "blob:; connect-src 'self'; font-src 'self' data:"
-)
+_LAST_S = 0.5  # for events on their way at the end
 
 
 class News:
@@ -50,16 +41,14 @@ class News:
 
     Attributes:
         snapshot: the newest.
-        over: no further snapshot will come.
-        followers: one task per viewer.
+        pictures: of the snapshot that a viewer got last.
     """
 
     def __init__(self, first: Snapshot, params: Mapping[str, float], ask: Callable[[], None]) -> None:
-        self.snapshot = first
-        self.over = False
-        self.followers: set[asyncio.Task[None]] = set()
+        self.snapshot, self.pictures = first, Pictures()
         self._params, self._ask = params, ask
-        self._is_requested = False
+        self._is_over = self._is_requested = False
+        self._followers: set[asyncio.Task[None]] = set()
         self._json: tuple[int, str] = (-1, "")
         self._next = asyncio.Event()
 
@@ -67,119 +56,77 @@ class News:
         self.snapshot, self._is_requested = newest, False
         self._wake()
 
-    def json(self) -> str:
-        """The state for the page's script, made once for all viewers."""
-        if self._json[0] != self.snapshot.number:
-            self._json = self.snapshot.number, as_json(self.snapshot, self._params)
-        return self._json[1]
+    def begin(self, send: Callable[[bytes], Awaitable[None]]) -> asyncio.Task[None]:
+        """A task that sends one viewer an event for each snapshot that is the newest when the last event has been
+        taken; it ends when no other snapshot will come."""
+        following = asyncio.get_running_loop().create_task(self._follow(send))
+        self._followers.add(following)
+        following.add_done_callback(self._followers.discard)
+        return following
 
-    async def wait(self) -> None:
+    async def end(self) -> None:
+        """Waits `_LAST_S` for viewers to take the last snapshot, then cancels them."""
+        self._is_over = True
+        self._wake()
+        if self._followers:
+            _, late = await asyncio.wait(self._followers, timeout=_LAST_S)
+            for follower in late:
+                follower.cancel()
+
+    async def _follow(self, send: Callable[[bytes], Awaitable[None]]) -> None:
+        sent, drawn = -1, [-1] * len(self.pictures.figures)
+        while True:
+            while self.snapshot.number == sent:
+                if self._is_over:
+                    return
+                await self._wait()
+            sent = self.snapshot.number
+            await send(self._event(drawn))
+
+    def _event(self, drawn: list[int]) -> bytes:
+        """The state for the page's script, made once for all viewers, and one outdated figure, if any: a browser that
+        paints all three at once would delay the needle. `drawn` are the numbers of the viewer's figures."""
+        now = self.snapshot
+        if self._json[0] != now.number:
+            self._json = now.number, as_json(now, self._params)
+        event = f"data: {self._json[1]}\n\n"
+        for _ in drawn if now.phase == "ended" else drawn[:1]:  # no event comes after the end
+            oldest = drawn.index(min(drawn))
+            if drawn[oldest] < now.pictures.number:
+                drawn[oldest] = now.pictures.number
+                event += f"event: picture\ndata: {self.pictures.json(oldest, now)}\n\n"
+        return event.encode()
+
+    async def _wait(self) -> None:
         if not self._is_requested:
             self._is_requested = True
             self._ask()
         await self._next.wait()
-
-    async def end(self) -> None:
-        """Waits `_LAST_S` for viewers to receive the last snapshot, then cancels them."""
-        self.over = True
-        self._wake()
-        if self.followers:
-            _, late = await asyncio.wait(self.followers, timeout=_LAST_S)
-            for follower in late:
-                follower.cancel()
 
     def _wake(self) -> None:
         self._next.set()
         self._next = asyncio.Event()
 
 
-def page(doc: Document, news: News) -> None:
-    """Makes the document of one viewer and keeps it up to date until the viewer leaves."""
-    first = news.snapshot
-    now, pictures = _empty_page(doc, news)
-    shown, here = first.number, True
-
-    async def look(document: Document) -> None:
-        nonlocal shown
-        newest = news.snapshot
-        shown = newest.number
-        now.data = {"json": [news.json()]}
-        for _ in range(len(pictures.figures) if newest.phase == "ended" else 1):  # no update comes after the end
-            pictures.show_next(newest)
-
-    async def follow() -> None:
-        while here:
-            if news.snapshot.number == shown:
-                if news.over:
-                    return
-                await news.wait()
-            context = doc.session_context
-            if context is None:  # the viewer has left
-                return
-            if news.snapshot.number == shown:  # the end, without a newer one
-                continue
-            await context.with_locked_document(look)
-
-    def begin() -> None:
-        following = asyncio.get_running_loop().create_task(follow())
-        news.followers.add(following)
-        following.add_done_callback(news.followers.discard)
-
-    def leave(context: SessionContext) -> None:
-        nonlocal here
-        here = False
-
-    for _ in pictures.figures:
-        pictures.show_next(first)
-    doc.on_session_destroyed(leave)
-    doc.add_next_tick_callback(begin)
-
-
-def rendered(news: News, resources: Resources) -> tuple[bytes, bytes]:
-    """The page's HTML before and after a viewer's token: rendered once, since only the token differs. The content comes
-    through the viewer's socket."""
-    from bokeh.document import Document
-    from bokeh.embed.bundle import bundle_for_objs_and_resources
-    from bokeh.embed.elements import html_page_for_render_items
-    from bokeh.embed.util import RenderItem
-
-    doc = Document()
-    _empty_page(doc, news)
-    item = RenderItem(token=_TOKEN, roots=doc.roots, use_for_title=True)
-    bundle = bundle_for_objs_and_resources(None, resources)
-    html = html_page_for_render_items(bundle, {}, [item], doc.title, template=_template())
-    before, after = html.encode().split(_TOKEN.encode())
-    return before, after
-
-
-def _empty_page(doc: Document, news: News) -> tuple[ColumnDataSource, Pictures]:
-    """The figures, with the same identifiers in every document, so that one rendered page fits all viewers."""
-    from bokeh.core.types import ID
-    from bokeh.models import ColumnDataSource
-
-    now = ColumnDataSource(data={"json": [news.json()]}, name="now")
-    pictures = Pictures(now)
-    for figure in pictures.figures:
-        figure._id = ID(f"oncenter-{figure.name}")
-        doc.add_root(figure)
-    if hasattr(doc, "config") and hasattr(doc.config, "notify_connection_status"):  # newer than the lowest Bokeh
-        doc.config.notify_connection_status = False  # the page itself says that it has finished, or lost its server
-    doc.title = f"{news.snapshot.truck}: straight-ahead offset, live"
-    return now, pictures
-
-
-def _template() -> str:
-    room = files("oncenter.live")
-    ours, style = room.joinpath("page.css"), files("oncenter.report").joinpath("page.css").read_text(encoding="utf-8")
+def rendered(news: News) -> dict[str, tuple[str, str]]:
+    """Type and content of each file of the page, by its path; the values come as events."""
+    ours, report = files("oncenter.live"), files("oncenter.report")
+    jinja = Environment(autoescape=True)
+    jinja.policies["json.dumps_kwargs"] = {}  # in Bokeh's order: a model stands before its references
+    template = jinja.from_string(ours.joinpath("page.html").read_text(encoding="utf-8"))
+    figures = [json_item(figure, figure.name) for figure in news.pictures.figures]
     colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
-    return (
-        room.joinpath("page.html")
-        .read_text(encoding="utf-8")
-        .replace("[[policy]]", _POLICY)
-        .replace("[[style]]", f":root{{{colours}}}\n{states_style()}{style}\n{ours.read_text(encoding='utf-8')}")
-        .replace("[[restyle]]", files("oncenter.report").joinpath("page.js").read_text(encoding="utf-8"))
-        .replace("[[script]]", room.joinpath("page.js").read_text(encoding="utf-8"))
+    css, script = (
+        "\n".join(room.joinpath(f"page.{kind}").read_text(encoding="utf-8") for room in (report, ours))
+        for kind in ("css", "js")
     )
+    library = "\n".join(Resources(mode="inline", minified=True, components=["bokeh"]).js_raw)
+    return {
+        "/": ("text/html", template.render(truck=news.snapshot.truck, figures=figures)),
+        "/page.css": ("text/css", f":root{{{colours}}}\n{states_style()}{css}"),
+        "/page.js": ("text/javascript", script),
+        "/bokeh.js": ("text/javascript", library),
+    }
 
 
 def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
@@ -220,7 +167,7 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
         ],
         "traffic": f"{words.bus(now)}; driven {words.duration(now.driven_s)}",
     }
-    return json.dumps(state, allow_nan=False, ensure_ascii=False)
+    return json.dumps(state, allow_nan=False)
 
 
 def _verdict(verdict: Verdict, phase: str) -> dict[str, str]:

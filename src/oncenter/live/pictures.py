@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -11,39 +12,55 @@ from bokeh.plotting import figure
 
 from oncenter.live.history import STRIP_S
 from oncenter.live.snapshot import Snapshot
-from oncenter.report.canvas import COLOURS, as_source, plain
+from oncenter.report.canvas import COLOURS, plain
 from oncenter.report.plots import STRIP_NAMES
 from oncenter.signals import DEGREE
 
 _ON_A_FLANK = 0.5  # of half the play, from its middle; as in the report
 _ROW_PX, _AXES_PX = 20, 62
 _USED = "used"
+# what changes in a figure, in the order in which the page sets it: a bar needs its row
+_CHANGING = {
+    FactorRange: ("factors",),
+    figure: ("height",),
+    Range1d: ("start", "end"),
+    Span: ("location", "visible"),
+    ColumnDataSource: ("data",),
+}
 
 
 class Pictures:
-    """Three figures of one viewer.
-
-    Args:
-        carried: a source sent to the browser with them.
+    """Three figures, the same for all viewers.
 
     Attributes:
         figures: of Bokeh.
     """
 
-    def __init__(self, carried: ColumnDataSource) -> None:
-        self._course, self._strip, self._flanks = _Course(), _Strip(), _Flanks()
-        self._course.figure.tags = [carried]
-        self.figures: list[figure] = [self._course.figure, self._strip.figure, self._flanks.figure]
+    def __init__(self) -> None:
+        self._parts: tuple[_Course | _Strip | _Flanks, ...] = (_Course(), _Strip(), _Flanks())
+        self.figures: list[figure] = [part.figure for part in self._parts]
+        self._drawn = [(-1, "")] * len(self._parts)
+        self._changing = [
+            [(model, names) for kind, names in _CHANGING.items() for model in references if isinstance(model, kind)]
+            for references in (drawn.references() for drawn in self.figures)
+        ]
 
-        self._number = -1
-        self._waiting: list[_Course | _Strip | _Flanks] = []
+    def json(self, which: int, now: Snapshot) -> str:
+        """The values of one figure that change, by the identifiers of its models; null where not available. Made once
+        for all viewers."""
+        if self._drawn[which][0] != now.pictures.number:
+            self._parts[which].show(now)
+            values = {
+                model.id: {name: getattr(model, name) for name in names} for model, names in self._changing[which]
+            }
+            self._drawn[which] = now.pictures.number, json.dumps(values, allow_nan=False, default=_numbers)
+        return self._drawn[which][1]
 
-    def show_next(self, now: Snapshot) -> None:
-        """Updates one outdated figure, if any: a browser that paints all three at once would delay the needle."""
-        if now.pictures.number != self._number:
-            self._number, self._waiting = now.pictures.number, [self._course, self._strip, self._flanks]
-        if self._waiting:
-            self._waiting.pop(0).show(now)
+
+def _numbers(column: npt.NDArray[Any]) -> list[float | None]:
+    """Finer than any screen, and short."""
+    rounded = column.astype(float).round(4)
+    return [value if finite else None for value, finite in zip(rounded.tolist(), np.isfinite(rounded), strict=True)]
 
 
 class _Course:
@@ -65,9 +82,8 @@ class _Course:
         minutes = np.array(course.time_s) / 60.0
         offset, low, high = np.array(course.offset_deg), np.array(course.low_deg), np.array(course.high_deg)
         of_drive = np.array(course.half_width_drive_deg)
-        self._source.data = as_source(
-            x=minutes, offset=offset, low=low, high=high, inner_low=offset - of_drive, inner_high=offset + of_drive
-        )
+        inner = {"inner_low": offset - of_drive, "inner_high": offset + of_drive}
+        self._source.data = {"x": minutes, "offset": offset, "low": low, "high": high, **inner}
         _span(self.figure.x_range, 0.0, max(now.driven_s / 60.0, 1.0))
         if len(offset):
             later = slice(len(offset) // 4, None)  # the first intervals are wide
@@ -143,7 +159,9 @@ class _Flanks:
         self.figure.scatter("x", "y", source=self._cloud, size=4, fill_color="colour", fill_alpha=0.6, line_color=None)
         for flank in ("upper", "lower"):
             self.figure.line("x", flank, source=self._lines, color=COLOURS["estimate"], line_width=2.5)
-        self._offset = Span(dimension="width", line_color=COLOURS["rejected"], line_width=2, line_dash="dashed")
+        self._offset = Span(
+            location=0.0, dimension="width", line_color=COLOURS["rejected"], line_width=2, line_dash="dashed"
+        )
         self._offset.visible = False
         self.figure.add_layout(self._offset)
 
@@ -155,7 +173,7 @@ class _Flanks:
             COLOURS["used"],
             np.where(place < -_ON_A_FLANK, COLOURS["right"], COLOURS["measured"]),
         )
-        self._cloud.data = {**as_source(x=x, y=y), "colour": colours.tolist()}
+        self._cloud.data = {"x": x, "y": y, "colour": colours.tolist()}
         if len(x):
             for axis, values in ((self.figure.x_range, x), (self.figure.y_range, y)):
                 low, high = np.percentile(values, [0.5, 99.5])
@@ -171,7 +189,7 @@ class _Flanks:
         slope = (answer.understeer_at_steering_wheel.value or 0.0) / DEGREE
         middle = offset + slope * (ends - neutral)
         half_play = 0.5 * (answer.backlash.value or 0.0) / DEGREE
-        self._lines.data = as_source(x=ends, upper=middle + half_play, lower=middle - half_play)
+        self._lines.data = {"x": ends, "upper": middle + half_play, "lower": middle - half_play}
 
 
 def _span(axis: Range1d, low: float, high: float) -> None:

@@ -1,53 +1,58 @@
-"""The page's process: Bokeh's server, by default for this machine only, behind the checks below.
+"""The page's process: tornado's own handlers, by default for this machine only, behind the checks below.
 
 A page of another site must not read the drive, not even under a name that resolves to this address (DNS rebinding). So
-`Host` and, if present, `Origin` of each request must name this server. Requests are cheap and limited in number; a
-document is made only for a viewer with an open socket.
+`Host` and, if present, `Origin` of each request must name this server. Requests are cheap and limited in number.
 """
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import os
+import re
 import socket
 import sys
 import time
-import warnings
 from collections.abc import Callable
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import urlsplit
 
-from bokeh.application import Application
-from bokeh.application.handlers.function import FunctionHandler
-from bokeh.server.server import BaseServer
-from bokeh.server.tornado import BokehTornado
-from bokeh.server.views.ws import WSHandler
-from bokeh.util.token import generate_jwt_token, generate_secret_key, generate_session_id
 from tornado.httpserver import HTTPServer
-from tornado.ioloop import IOLoop
-from tornado.web import RequestHandler
+from tornado.httputil import HTTPServerRequest
+from tornado.iostream import IOStream, StreamClosedError
+from tornado.web import Application, HTTPError, RequestHandler
 
 from oncenter.live.handed_sockets import taken
-from oncenter.live.page import News, page, rendered
+from oncenter.live.page import News, rendered
 from oncenter.live.web import NEXT, READY, Hello
 
-if TYPE_CHECKING:
-    from bokeh.document import Document
-    from tornado.httputil import HTTPServerRequest
-    from tornado.iostream import IOStream
-
 NICE = 10  # recording and estimation get nine tenths of a core that this process competes for
-VIEWERS_MAX = 32  # enough for a workshop; at ten updates a second each they fill one core
-REQUESTS_PER_S = 20.0  # of one address; opening a page takes ten
-REQUESTS_AT_ONCE = 400  # of one address: 32 browsers behind one router that open the page at once
+VIEWERS_MAX = 32  # enough for a workshop
+REQUESTS_PER_S = 20.0  # of one address; opening a page takes five
+REQUESTS_AT_ONCE = 400  # of one address: 32 browsers behind one router that open the page at once, and again
 REFUSAL_S = 1.0  # delay of a refusal, which slows down endless requests
 ADDRESSES_MAX = 1024  # whose requests are counted; the one silent for longest is dropped
 CONNECTIONS_MAX = 256  # open ones; a browser keeps six
-_IDLE_S = 10.0  # after which an idle connection is closed
-_MESSAGE_MAX_BYTES = 1 << 16  # from a viewer
-_FORGET_MS = 200  # between two searches for documents without a viewer
+SLOW_S = (
+    60.0  # a viewer who takes longer for an event, or for a part of a file, is cut off; the page comes back by itself
+)
+_REQUEST_S = 10.0  # for a request's header, and for its body; an unfinished one is closed
+_REQUEST_MAX_BYTES = 1 << 14
+_UNREAD_MAX_BYTES = 1 << 16  # in the kernel for one viewer: more would only be outdated; and of a file, here
+
+_HEADERS = {
+    # The browser may load from this server only, whatever the page or a library in it tries; BokehJS writes styles.
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data: blob:; connect-src 'self'; font-src data:; form-action 'none'; base-uri 'none'; "
+    "frame-ancestors 'none'",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Server": "oncenter",
+}
 
 
 def main() -> None:
@@ -59,34 +64,42 @@ def main() -> None:
 
 
 def serve(pipe: Connection, sockets: list[socket.socket]) -> None:
-    for name in ("bokeh", "tornado"):
-        logging.getLogger(name).setLevel(logging.CRITICAL)  # a viewer that leaves is no error
-    warnings.filterwarnings("ignore", "coroutine 'WSHandler.send_message' was never awaited")  # the same at the end
+    logging.getLogger("tornado").setLevel(logging.CRITICAL)  # a viewer that leaves is no error
+    # Windows' default loop cannot watch sockets by number
+    with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
+        runner.run(_serve(pipe, sockets))
+
+
+async def _serve(pipe: Connection, sockets: list[socket.socket]) -> None:
     hello: Hello = pipe.recv()
-    asyncio.set_event_loop(asyncio.SelectorEventLoop())  # Windows' default loop cannot watch sockets by number
-    loop = IOLoop.current()
     news = News(hello.first, hello.params, lambda: pipe.send_bytes(NEXT))
-    web = Web(news, hello.names)
-    http = _Server(web, max_body_size=_MESSAGE_MAX_BYTES, idle_connection_timeout=_IDLE_S)
+    server = _Server(
+        application(news, hello.names),
+        idle_connection_timeout=_REQUEST_S,
+        body_timeout=_REQUEST_S,
+        max_header_size=_REQUEST_MAX_BYTES,
+        max_body_size=_REQUEST_MAX_BYTES,
+    )
     for own in sockets:
         own.setblocking(False)
-    http.add_sockets(sockets)
-    server = BaseServer(loop, web, http)
-    server.start()
+        own.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _UNREAD_MAX_BYTES)  # its connections inherit it
+    server.add_sockets(sockets)
+    over = asyncio.Event()
 
-    def receive(number: int, events: int) -> None:
+    def receive() -> None:
         try:
             news.update(pipe.recv())
         except (EOFError, OSError):
-            loop.remove_handler(number)
-            loop.stop()
+            loop.remove_reader(pipe.fileno())
+            over.set()
 
-    loop.add_handler(pipe.fileno(), receive, IOLoop.READ)
+    loop = asyncio.get_running_loop()
+    loop.add_reader(pipe.fileno(), receive)
     pipe.send_bytes(READY)
-    loop.start()
-    loop.run_sync(news.end)
+    await over.wait()
+    await news.end()
     server.stop()
-    http.stop()
+    await server.close_all_connections()
 
 
 class Allowance:
@@ -113,105 +126,125 @@ class Allowance:
         return allowed
 
 
-class Web(BokehTornado):  # type: ignore[misc]
-    """Checks each request first, and serves only the page, its socket and Bokeh's scripts: Bokeh's other addresses
-    would make a document for each request.
-
+def application(news: News, names: frozenset[str] | None) -> Application:
+    """
     Args:
         news: of the session.
         names: the host names accepted.
     """
-
-    def __init__(self, news: News, names: frozenset[str] | None) -> None:
-        def document(doc: Document) -> None:
-            page(doc, news)
-
-        super().__init__(
-            {"/": Application(FunctionHandler(document))},
-            extra_websocket_origins=["*"],  # find_handler has a stricter check before
-            websocket_max_message_size_bytes=_MESSAGE_MAX_BYTES,
-            unused_session_lifetime_milliseconds=1,
-            check_unused_sessions_milliseconds=_FORGET_MS,
-            sign_sessions=True,
-            secret_key=generate_secret_key().encode(),
-        )
-        self.viewers = 0
-        self._own_names = names
-        self._allowance = Allowance(REQUESTS_PER_S, REQUESTS_AT_ONCE)
-        self._html = rendered(news, self.resources())
-
-    def find_handler(self, request: HTTPServerRequest, **options: Any) -> Any:
-        if not self._allowance.take(request.remote_ip or ""):
-            return self._refusal(request, 429, "too many requests: try again later", REFUSAL_S)
-        if not is_allowed(request, self._own_names):
-            return self._refusal(request, 403, "this host name or this site is not allowed here")
-        if request.path in ("/", "/ws") and self.viewers >= VIEWERS_MAX:
-            return self._refusal(request, 503, f"the limit of {VIEWERS_MAX} viewers is reached: try again later")
-        if request.path == "/":
-            return self.get_handler_delegate(request, _Start)
-        if request.path == "/ws":
-            context = self._applications["/"]
-            return self.get_handler_delegate(
-                request, _Socket, {"application_context": context, "bokeh_websocket_path": "/ws"}
-            )
-        if request.path.startswith("/static/"):
-            return super().find_handler(request, **options)
-        return self._refusal(request, 404, "not found")
-
-    def page_for(self, token: str) -> bytes:
-        before, after = self._html
-        return before + token.encode() + after
-
-    def _refusal(self, request: HTTPServerRequest, status: int, text: str, after_s: float = 0.0) -> Any:
-        return self.get_handler_delegate(request, _Refusal, {"status": status, "text": text, "after_s": after_s})
-
-
-class _Start(RequestHandler):
-    """The page, which then opens its socket with its own token."""
-
-    application: Web
-
-    def get(self) -> None:
-        web = self.application
-        session = generate_session_id(secret_key=web.secret_key, signed=True)
-        self.set_header("Cache-Control", "no-store")
-        self.write(web.page_for(generate_jwt_token(session, secret_key=web.secret_key, signed=True)))
-
-
-class _Socket(WSHandler):  # type: ignore[misc]
-    """One viewer."""
-
-    _is_counted = False
-
-    def open(self) -> None:
-        self.application.viewers += 1
-        self._is_counted = True
-        super().open()
-
-    def on_close(self) -> None:
-        self.application.viewers -= self._is_counted
-        self._is_counted = False
-        super().on_close()
-
-
-class _Refusal(RequestHandler):
-    def initialize(self, status: int, text: str, after_s: float) -> None:
-        self._given = status, text, after_s
-
-    async def prepare(self) -> None:
-        status, text, after_s = self._given
-        await asyncio.sleep(after_s)
-        self.set_status(status)
-        self.set_header("Content-Type", "text/plain; charset=utf-8")
-        self.finish(f"oncenter: {text}\n")
+    contents = rendered(news).items()
+    return Application(
+        [
+            *(
+                (re.escape(path), _File, {"kind": kind, "content": content.encode()})
+                for path, (kind, content) in contents
+            ),
+            ("/events", _Events, {"news": news}),
+        ],
+        default_handler_class=_Guarded,
+        log_function=lambda _: None,
+        names=names,
+        allowance=Allowance(REQUESTS_PER_S, REQUESTS_AT_ONCE),
+        viewers=set(),
+    )
 
 
 class _Server(HTTPServer):
+    """A connection beyond the limit takes the place of the oldest one that is no viewer's."""
+
+    _streams: tuple[IOStream, ...] = ()
+
     def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
-        if len(self._connections) >= CONNECTIONS_MAX:
-            stream.close()
-            return
+        viewers = self.request_callback.settings["viewers"]  # type: ignore[union-attr]
+        self._streams = (*(own for own in self._streams if not own.closed()), stream)
+        if len(self._streams) > CONNECTIONS_MAX:
+            next(own for own in self._streams if own not in viewers).close()
         super().handle_stream(stream, address)
+
+
+class _Guarded(RequestHandler):
+    """Checks each request first; nothing else is here without a class of its own. A refusal is one line of text."""
+
+    def set_default_headers(self) -> None:
+        for name, value in _HEADERS.items():
+            self.set_header(name, value)
+
+    async def prepare(self) -> None:
+        """
+        Raises:
+            HTTPError: the request is refused.
+        """
+        if not self.settings["allowance"].take(self.request.remote_ip or ""):
+            await asyncio.sleep(REFUSAL_S)
+            raise HTTPError(429, reason="too many requests: try again later")
+        if not is_allowed(self.request, self.settings["names"]):
+            raise HTTPError(403, reason="this host name or this site is not allowed here")
+        if type(self) is _Guarded:
+            raise HTTPError(404, reason="not found")
+
+    def refuse_beyond_viewers(self) -> None:
+        """
+        Raises:
+            HTTPError: no other viewer is let in.
+        """
+        if len(self.settings["viewers"]) >= VIEWERS_MAX:
+            raise HTTPError(503, reason=f"the limit of {VIEWERS_MAX} viewers is reached: try again later")
+
+    async def send(self, part: bytes) -> None:
+        """Waits until it is taken: no other one waits here meanwhile.
+
+        Raises:
+            StreamClosedError: who asked is too slow, or has left.
+        """
+        self.write(part)
+        try:
+            await asyncio.wait_for(self.flush(), SLOW_S)
+        except TimeoutError:
+            self.request.connection.stream.close()  # type: ignore[union-attr]
+            raise StreamClosedError from None
+
+    def write_error(self, status_code: int, **_: object) -> None:
+        self.set_header("Content-Type", "text/plain; charset=utf-8")
+        self.finish(f"oncenter: {self._reason}\n")
+
+
+class _File(_Guarded):
+    def initialize(self, kind: str, content: bytes) -> None:
+        self._kind, self._content = kind, content
+
+    async def get(self) -> None:
+        if self.request.path == "/":
+            self.refuse_beyond_viewers()
+        self.set_header("Content-Type", f"{self._kind}; charset=utf-8")
+        with contextlib.suppress(StreamClosedError):
+            for begin in range(0, len(self._content), _UNREAD_MAX_BYTES):
+                await self.send(self._content[begin : begin + _UNREAD_MAX_BYTES])
+
+
+class _Events(_Guarded):
+    """One viewer, as server-sent events."""
+
+    _following: asyncio.Task[None] | None = None
+
+    def initialize(self, news: News) -> None:
+        self._news = news
+
+    async def get(self) -> None:
+        self.refuse_beyond_viewers()
+        stream: IOStream = self.request.connection.stream  # type: ignore[union-attr]
+        stream.set_nodelay(True)
+        self.set_header("Content-Type", "text/event-stream")
+        viewers = self.settings["viewers"]
+        viewers.add(stream)
+        self._following = self._news.begin(self.send)
+        (failure,) = await asyncio.gather(self._following, return_exceptions=True)
+        viewers.discard(stream)
+        if failure is not None:  # he is too slow, or has left
+            self.detach().close()
+
+    def on_connection_close(self) -> None:
+        if self._following is not None:
+            self._following.cancel()
 
 
 def is_allowed(request: HTTPServerRequest, names: frozenset[str] | None) -> bool:

@@ -3,7 +3,7 @@ const restyle = () => {
   const css = getComputedStyle(document.documentElement);
   const text = css.getPropertyValue("--muted").trim();
   const grid = css.getPropertyValue("--grid").trim();
-  for (const model of Bokeh.documents.flatMap((document) => [...document.all_models])) {
+  for (const model of Bokeh.documents.flatMap((document) => document.roots()).flatMap((root) => [...root.references()])) {
     if (model.type.endsWith("Axis")) {
       model.setv({axis_label_text_color: text, major_label_text_color: text, axis_line_color: grid,
                   major_tick_line_color: grid});

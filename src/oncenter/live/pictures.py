@@ -39,6 +39,8 @@ class Pictures:
     def __init__(self) -> None:
         self._parts: tuple[_Course | _Strip | _Flanks, ...] = (_Course(), _Strip(), _Flanks())
         self.figures: list[figure] = [part.figure for part in self._parts]
+        for drawn in self.figures:
+            drawn.toolbar_location = None  # no tools: a narrow toolbar shows a button for those that do not fit
         self._drawn = [(-1, "")] * len(self._parts)
         self._changing = [
             [(model, names) for kind, names in _CHANGING.items() for model in references if isinstance(model, kind)]

@@ -107,7 +107,7 @@ async def _run(answer: Answer, verb: str, inputs: Sequence[Path], options: Seque
         stdin=asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.PIPE,
         stderr=asyncio.subprocess.PIPE,
-        start_new_session=os.name == "posix",
+        start_new_session=sys.platform != "win32",
     )
     if answer.state == "cancelled":  # while it started
         _end(answer)
@@ -127,7 +127,7 @@ def _end(answer: Answer) -> None:
     if answer.process is None or answer.process.returncode is not None:
         return
     with contextlib.suppress(OSError):
-        if os.name == "posix":
-            os.killpg(answer.process.pid, signal.SIGKILL)
-        else:
+        if sys.platform == "win32":
             answer.process.kill()
+        else:
+            os.killpg(answer.process.pid, signal.SIGKILL)

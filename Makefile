@@ -141,7 +141,7 @@ cppcheck: packages
 # -fwrapv would hide overflows.
 build/sanitize/lib: .venv/dev $(wildcard src/oncenter/*.py src/oncenter/*/*.py src/oncenter/*/*/*.py)
 	rm -rf build/sanitize
-	CFLAGS="-g -O1 -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
+	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
 	@touch $@
 

@@ -20,10 +20,9 @@ from xml.parsers import expat
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.extra import require_package
 from oncenter.files.file_name import printable
+from oncenter.files.log_formats import imported
 from oncenter.files.regular_file import read_regular_file, refuse_what_is_no_regular_file
-from oncenter.read.database_outlines import outline_of_arxml, outline_of_kcd, outline_of_sym
 from oncenter.read.database_parts import BITS_MAX, Loading, NotRead, Outline
-from oncenter.read.dbc_statements import outline_of_dbc
 from oncenter.read.wording import reason_of
 
 if TYPE_CHECKING:
@@ -71,7 +70,7 @@ def read_database(path: Path) -> Database:
     level = logger.level
     logger.setLevel(logging.CRITICAL + 1)  # else it logs its own lines, as for two messages of one name
     try:
-        outline = _OUTLINES[kind](text)
+        outline: Outline = imported(_OUTLINES[kind])(text)
         loading = Loading(outline, partial(_loaded, kind), _without_content)
         messages = loading.messages()
     except Exception as error:  # of an XML parser
@@ -242,11 +241,11 @@ def _refuse_bits(name: str, places: Iterable[int]) -> None:
         raise bad_database(f"the database {name} has a signal or a message of more than {BITS_MAX} bits")
 
 
-_OUTLINES: dict[str, Callable[[str], Outline]] = {
-    "dbc": outline_of_dbc,
-    "sym": outline_of_sym,
-    "kcd": outline_of_kcd,
-    "arxml": outline_of_arxml,
+_OUTLINES = {  # imported late: most logs have no database
+    "dbc": "oncenter.read.dbc_statements:outline_of_dbc",
+    "sym": "oncenter.read.database_outlines:outline_of_sym",
+    "kcd": "oncenter.read.database_outlines:outline_of_kcd",
+    "arxml": "oncenter.read.database_outlines:outline_of_arxml",
 }
 _REFUSALS: dict[str, Callable[[str, str], None]] = {
     "dbc": lambda text, name: None,  # by statement

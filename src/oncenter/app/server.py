@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment
+from tornado.http1connection import HTTP1Connection
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, stream_request_body
@@ -26,6 +27,7 @@ from oncenter.report.canvas import COLOURS
 from oncenter.verdict.states import STATES, style
 
 _HEADERS_S, _BODY_S = 10.0, 30.0  # for a request without a log: an unfinished one ends
+_LOG_S = 86_400.0  # for a log
 _AXLES = ("4x2", "6x2", "6x4", "8x4")
 # A report has scripts of its own, so it gets an origin of its own; its policy stands in it and lets nothing be loaded.
 _OF_REPORT = "sandbox allow-scripts allow-modals allow-downloads"
@@ -170,8 +172,10 @@ class _Log(Guarded):
             upload = self._uploads.of(self.path_args[0])
             if upload is None or upload.written or self.request.headers.get("Content-Length") != str(upload.size):
                 raise HTTPError(400, reason="not the log that was announced")
-            self.request.connection.set_max_body_size(upload.size)  # type: ignore[union-attr]
-            self.request.connection.set_body_timeout(None)  # type: ignore[union-attr]
+            connection = self.request.connection
+            assert isinstance(connection, HTTP1Connection)  # as tornado's guide to streamed bodies has it
+            connection.set_max_body_size(upload.size)
+            connection.set_body_timeout(_LOG_S)
             self._coming = upload
 
     def data_received(self, chunk: bytes) -> None:

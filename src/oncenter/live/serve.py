@@ -19,6 +19,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 from urllib.parse import urlsplit
 
+from tornado.http1connection import HTTP1Connection
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
 from tornado.iostream import IOStream, StreamClosedError
@@ -155,11 +156,18 @@ class _Server(HTTPServer):
     _streams: tuple[IOStream, ...] = ()
 
     def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
-        viewers = self.request_callback.settings["viewers"]  # type: ignore[union-attr]
+        assert isinstance(self.request_callback, Application)
+        viewers = self.request_callback.settings["viewers"]
         self._streams = (*(own for own in self._streams if not own.closed()), stream)
         if len(self._streams) > CONNECTIONS_MAX:
             next(own for own in self._streams if own not in viewers).close()
         super().handle_stream(stream, address)
+
+
+def _stream_of(handler: RequestHandler) -> IOStream:
+    connection = handler.request.connection
+    assert isinstance(connection, HTTP1Connection)  # the only one of tornado's server
+    return connection.stream
 
 
 class _Guarded(RequestHandler):
@@ -200,7 +208,7 @@ class _Guarded(RequestHandler):
         try:
             await asyncio.wait_for(self.flush(), SLOW_S)
         except TimeoutError:
-            self.request.connection.stream.close()  # type: ignore[union-attr]
+            _stream_of(self).close()
             raise StreamClosedError from None
 
     def write_error(self, status_code: int, **_: object) -> None:
@@ -231,7 +239,7 @@ class _Events(_Guarded):
 
     async def get(self) -> None:
         self.refuse_beyond_viewers()
-        stream: IOStream = self.request.connection.stream  # type: ignore[union-attr]
+        stream = _stream_of(self)
         stream.set_nodelay(True)
         self.set_header("Content-Type", "text/event-stream")
         viewers = self.settings["viewers"]

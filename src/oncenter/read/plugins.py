@@ -7,6 +7,7 @@ plug-in is loaded only when such a log is read, and never for a format that this
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -63,7 +64,7 @@ def known_format(path: Path) -> Format:
     found = found if found is not None or other else format_of_content(head, path.name)
     if found is not None:
         return found
-    tried = ", ".join(dict.fromkeys(row.origin for row in FORMATS))
+    tried = ", ".join(dict.fromkeys(re.split(r"; |, without", row.origin)[0] for row in FORMATS))
     known = ", ".join((*SUFFIXES, *suffixes_of_plugins()))
     raise OncenterError(
         f"cannot read {path.name or path}: it seems to be {other or described(head)}, and is none of the logs that "

@@ -20,7 +20,7 @@ async function send(method, path, content) {
     throw new Error(texts.lost);
   }
   const said = await response.json();
-  if (!response.ok) throw new Error(said.message);
+  if (!response.ok) throw Object.assign(new Error(said.message), said);
   return said;
 }
 
@@ -29,8 +29,20 @@ async function asked(wrong, action) {
   try {
     return await action();
   } catch (error) {
-    part(wrong).textContent = error.message;
+    if (!atField(error)) part(wrong).textContent = error.message;
   }
+}
+
+// An error of a field stands at that field.
+function atField({message, needs}) {
+  const said = needs?.length && part(`${needs[0]}-said`);
+  if (!said) return false;
+  said.textContent = message;
+  said.classList.add("wrong");
+  part(needs[0]).setAttribute("aria-invalid", "true");
+  part(needs[0]).focus();
+  for (let around = said.closest("details"); around; around = around.parentElement.closest("details")) around.open = true;
+  return true;
 }
 
 part("form").addEventListener("submit", (event) => {
@@ -58,8 +70,10 @@ part("form").addEventListener("submit", (event) => {
     }
     const option = made("option", part("form").elements.name.value);
     option.value = name;
+    option.dataset.axles = form.axle_layout;
     list.append(option);
     option.selected = true;
+    part("truck").dispatchEvent(new Event("change"));
     part("other").open = false;
     part("truck").focus();
   });
@@ -159,7 +173,7 @@ async function begin(path, given, done) {
     else if (state === "failed") shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"));
     else shown.replaceChildren(...done(key, said));
   } catch (error) {
-    shown.replaceChildren(made("p", error.message, "wrong"));
+    shown.replaceChildren(...(atField(error) ? [] : [made("p", error.message, "wrong")]));
   }
   running = null;
   part("begin").disabled = false;

@@ -57,10 +57,10 @@ class Guarded(RequestHandler):
 
     def refuse(self, error: OncenterError) -> None:
         self.set_status(400)
-        self.finish({"code": error.code, "message": str(error)})
+        self.finish({"code": error.code, "message": str(error), "needs": error.needs})
 
     def write_error(self, status_code: int, **_: object) -> None:
-        self.finish({"code": "page", "message": self._reason})
+        self.finish({"code": "page", "message": self._reason, "needs": []})
 
 
 def cookie_name(port: int) -> str:

@@ -11,24 +11,31 @@ from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment
+from markupsafe import Markup
 from tornado.http1connection import HTTP1Connection
 from tornado.httpserver import HTTPServer
 from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, stream_request_body
 
 from oncenter.app.answers import Answers
+from oncenter.app.fields import NUMBERS, number, read_back
 from oncenter.app.guard import BODY_BYTES_MAX, Guarded, cookie_name
 from oncenter.app.texts import ENGLISH
-from oncenter.app.trucks import Trucks, number
+from oncenter.app.trucks import Trucks
 from oncenter.app.uploads import Upload, Uploads
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import DATABASES, SUFFIXES
 from oncenter.report.canvas import COLOURS
+from oncenter.vehicle_keys import KEYS
 from oncenter.verdict.states import STATES, style
 
 _HEADERS_S, _BODY_S = 10.0, 30.0  # for a request without a log: an unfinished one ends
 _LOG_S = 86_400.0  # for a log
-_AXLES = ("4x2", "6x2", "6x4", "8x4")
+_CHOICES = {  # of the form, by field; the first is chosen
+    "axle_layout": {"": ENGLISH["not_known"], **{axles: axles for axles in KEYS["axle_layout"].choices}},
+    "traffic_side": {side: ENGLISH[side] for side in KEYS["traffic_side"].choices},
+}
+_UNITS = {"wheelbase_m": "m", "limit": "deg", "applied": "deg"}  # in which a number without unit is
 # A report has scripts of its own, so it gets an origin of its own; its policy stands in it and lets nothing be loaded.
 _OF_REPORT = "sandbox allow-scripts allow-modals allow-downloads"
 
@@ -76,7 +83,8 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
     return Application(
         [
             (r"/", _Page, {"trucks": trucks}),
-            (r"/app\.(css|js)", _Asset),
+            (r"/(app|fields)\.(css|js)", _Asset),
+            (r"/fields", _Fields),
             (r"/trucks", _Trucks, {"trucks": trucks, "uploads": uploads}),
             (r"/logs", _Logs, {"uploads": uploads}),
             (r"/logs/([\w-]+)", _Log, {"uploads": uploads}),
@@ -113,21 +121,38 @@ class _Page(Guarded):
         super().prepare()
 
     def get(self) -> None:
-        page = files("oncenter.app").joinpath("page.html").read_text(encoding="utf-8")
-        template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(page)
-        given = {"texts": ENGLISH, "groups": self._trucks.names(), "axles": _AXLES, "suffixes": ",".join(SUFFIXES)}
-        given["databases"] = ",".join(DATABASES)
+        template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(_file("page.html"))
+        given = {"texts": ENGLISH, "groups": self._trucks.names(), "suffixes": ",".join(SUFFIXES)}
+        given |= {"layouts": self._trucks.layouts(), "choices": _CHOICES, "units": _UNITS}
+        given |= {"databases": ",".join(DATABASES), "drawings": Markup(_file("drawings.svg"))}
         self.finish(template.render(given, marks={code: state.mark for code, state in STATES.items()}))
 
 
 class _Asset(Guarded):
-    def get(self, kind: str) -> None:
-        text = files("oncenter.app").joinpath(f"app.{kind}").read_text(encoding="utf-8")
+    def get(self, name: str, kind: str) -> None:
+        text = _file(f"{name}.{kind}")
         if kind == "css":
             colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
             text = f":root{{{colours}}}\n{style()}{text}"
         self.set_header("Content-Type", "text/css" if kind == "css" else "text/javascript")
         self.finish(text)
+
+
+def _file(name: str) -> str:
+    return files("oncenter.app").joinpath(name).read_text(encoding="utf-8")
+
+
+class _Fields(Guarded):
+    def post(self) -> None:
+        """The number of one field, as it is understood."""
+        asked = _asked(self)
+        field = str(asked.get("field"))
+        try:
+            if field not in NUMBERS:
+                raise HTTPError(404, reason="no such field")
+            self.finish(read_back(field, {field: asked.get("written", "")}))
+        except OncenterError as error:
+            self.finish({"wrong": str(error)})
 
 
 class _Trucks(Guarded):

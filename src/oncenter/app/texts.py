@@ -19,15 +19,19 @@ ENGLISH: Mapping[str, str] = {
     "name": "Name or number plate",
     "name_where": "How you want to find it next time.",
     "wheelbase_m": "Wheelbase",
-    "wheelbase_m_where": "From the front axle to the middle of the driven axle or axles, in the body builder's "
-    "drawing. Usually 3.5 to 6.5 m.",
+    "wheelbase_m_where": "From the first axle to the rear axle; with two rear axles to the middle between them, also "
+    "where only one of them is driven. In the registration papers or the body builder's drawing. Usually 3.6 to 3.9 m "
+    "for a tractor with two axles, 4 to 6.5 m for a rigid truck. 3,7 m, 370 cm and 3700 mm are the same.",
     "steering_ratio": "Steering ratio",
-    "steering_ratio_where": "Turns of the steering wheel for one turn of the front wheels, in the data sheet of the "
-    "steering gear. Usually 16 to 24.",
+    "steering_ratio_where": "Degrees of the steering wheel for one degree of the front wheels, in the data sheet of "
+    "the steering gear. Usually 16 to 24. 18,5 and 18,5 : 1 are the same.",
     "axle_layout": "Axles",
-    "axle_layout_where": "Wheels x driven wheels.",
+    "axle_layout_where": "Wheels x driven wheels, in the model name or on the type plate. Filled: driven.",
+    "not_known": "I don't know",
     "traffic_side": "Driven on",
-    "traffic_side_where": "The side of the road: its slope moves the steering wheel.",
+    "traffic_side_where": "The side of the road in the country of the drives: roads fall to that side, which moves the "
+    "steering wheel.",
+    "taken_as": "Taken as",
     "right": "the right side",
     "left": "the left side",
     "databases": "CAN database, if the network is not J1939",
@@ -42,9 +46,9 @@ ENGLISH: Mapping[str, str] = {
     "remove": "remove",
     "cancel": "Cancel",
     "answer": "3. The answer",
-    "limit": "Limit (deg)",
+    "limit": "Limit",
     "limit_where": "Recalibrate from this offset on. 2 deg, if the truck's maker gives no other.",
-    "applied": "Correction that is already applied (deg)",
+    "applied": "Correction that is already applied",
     "applied_where": "What the control unit adds to the sensor's reading today, by the diagnostic tool. Empty "
     "for none.",
     "more": "Limit and correction",

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import unquote
 
+from oncenter.app.fields import number, wrong
 from oncenter.app.texts import ENGLISH
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import file_stem
 from oncenter.files.whole_file import write_whole
+from oncenter.vehicle import vehicle
 from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
 from oncenter.vehicle_file.proposals import Proposal
 from oncenter.vehicle_file.shipped_files import shipped_names
@@ -40,6 +41,16 @@ class Trucks:
         own = sorted(path.stem for path in self._folder.glob("*.toml")) if self._folder.is_dir() else []
         return {"yours": {stem: unquote(stem) for stem in own}, "shipped": {name: name for name in shipped_names()}}
 
+    def layouts(self) -> dict[str, dict[str, str]]:
+        """The axle layout of each, empty where it is not given or the file cannot be read."""
+        return {
+            group: {name: _layout(self.file_of(group, name)) for name in names} for group, names in self.names().items()
+        }
+
+    def file_of(self, group: str, name: str) -> str:
+        """As `oncenter offset --vehicle` takes it."""
+        return name if group == "shipped" else str(self._folder / f"{name}.toml")
+
     def options(self, group: str, name: str) -> list[str]:
         """The options of `oncenter offset` for a name of `names`, or for the truck of group `UNKNOWN`.
 
@@ -50,7 +61,7 @@ class Trucks:
             return []
         if name not in self.names().get(group, {}):
             raise OncenterError(ENGLISH["needs_truck"], code="page")
-        return ["--vehicle", name if group == "shipped" else str(self._folder / f"{name}.toml")]
+        return ["--vehicle", self.file_of(group, name)]
 
     def keep(self, form: Mapping[str, Any], databases: Sequence[Path], log: Path | None) -> Kept:
         """Writes a vehicle file from what a person typed, with copies of the databases beside it.
@@ -65,13 +76,14 @@ class Trucks:
         """
         name = str(form.get("name", "")).strip()
         if not name:
-            raise _wrong("give the truck a name")
+            raise wrong("name", "give the truck a name")
         path = self._folder / f"{file_stem(name)[:60]}.toml"
         if path.exists():
             raise OncenterError(
                 f"there is a truck named {unquote(path.stem)}: choose it, or take another name",
                 code="page",
                 exit_code=WRONG_USAGE,
+                needs=("name",),
             )
         values = {"name": name, **{field: number(field, form) for field in _NUMBERS if form.get(field)}}
         values |= {field: form[field] for field in _WORDS if form.get(field)}
@@ -87,6 +99,13 @@ class Trucks:
         return Kept(path.stem, [_line(each) for each in proposed], notes)
 
 
+def _layout(file: str) -> str:
+    try:
+        return vehicle(file).axle_layout or ""
+    except OncenterError:
+        return ""
+
+
 def _line(proposed: Proposal) -> str:
     """The name of a signal in the log, beside what it is."""
     sign = ", reversed" if proposed.sign < 0 else ""
@@ -96,21 +115,3 @@ def _line(proposed: Proposal) -> str:
     name = proposed.signal_name()
     unit = (name.unit or "").replace("_", "/").replace("s2", "s²")
     return f"{proposed.signal.replace('_', ' ')}: {proposed.named.name} ({unit}{sign}{more})"
-
-
-def number(field: str, form: Mapping[str, Any]) -> float:
-    """As people write it: 3,7 or 3.7 m.
-
-    Raises:
-        OncenterError: "vehicle_file": it is not a number.
-    """
-    written = str(form[field]).strip()
-    try:
-        return float(re.sub(r"\s*(m|deg|°)$", "", written).replace(",", "."))
-    except ValueError:
-        about = (field.rpartition("_m")[0] or field).replace("_", " ")
-        raise _wrong(f"{about} is not a number: {written}") from None
-
-
-def _wrong(message: str) -> OncenterError:
-    return OncenterError(message, code="vehicle_file", exit_code=WRONG_USAGE)

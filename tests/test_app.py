@@ -9,9 +9,11 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 from browser import note_errors
@@ -81,9 +83,8 @@ class Page:
         return {"key": key, **answer}
 
 
-@pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    trucks = tmp_path_factory.mktemp("app") / "trucks"
+@contextmanager
+def served(trucks: Path) -> Iterator[Page]:
     command = [sys.executable, "-m", "oncenter", "app", "--no-browser", "--trucks", str(trucks)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
@@ -91,6 +92,12 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
         assert opened is not None
         yield Page(int(opened[1]), opened[2], trucks)
         process.kill()
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
+    with served(tmp_path_factory.mktemp("app") / "trucks") as page:
+        yield page
 
 
 @pytest.fixture(scope="module")
@@ -249,6 +256,24 @@ def test_two_drives_are_compared_and_have_a_certificate(page: Page, log: Path) -
     status, certificate = page.ask("GET", f"/answers/{comparison['key']}/report")
     assert status == 200 and b"Name, signature" in certificate
     assert "another drive" in page.refused("POST", "/comparisons", {"before": before, "after": before})
+
+
+def test_a_drive_of_an_own_truck_is_there_next_time_until_it_is_forgotten(page: Page, log: Path) -> None:
+    name = page.said("POST", "/trucks", FORM | {"name": "my/truck"})["name"]
+    truck = f"/trucks/{quote(name)}"
+    assert page.said("GET", truck) == {"drives": [], "common": None}
+    answer = page.answer(page.drop(log), group="yours", name=name)
+    (kept,) = page.said("GET", truck)["drives"]
+    assert kept["log"].endswith(log.name) and kept["verdict"] == answer["said"]["verdicts"][0]
+    asked = {"truck": name, "drive": kept["drive"], "after": answer["key"]}
+    assert "another drive" in page.refused("POST", "/comparisons", asked)  # with itself
+    page.said("DELETE", f"{truck}/drives/{kept['drive']}")
+    assert page.said("GET", truck)["drives"] == []
+    (page.trucks / f"{name}-1.dbc").touch()
+    page.said("DELETE", truck)
+    assert "Choose a truck" in page.refused("GET", truck, None)
+    assert not list(page.trucks.rglob("my*"))
+    assert "Choose a truck" in page.refused("DELETE", "/trucks/..%2Fpage", None)
 
 
 def test_limit_and_applied_correction_are_those_of_the_form(page: Page, log: Path) -> None:

@@ -152,7 +152,7 @@ part("begin").addEventListener("click", () => {
   for (const field of ["limit", "applied"]) given[field] = part(field).value;
   given.logs = [...logs.values()].map((log) => log.key);
   const names = [...logs.keys()].map((row) => row.firstChild.textContent).join(", ");
-  begin("/answers", given, (key, {verdicts}) => show(key, verdicts, names));
+  begin("/answers", given, (key, {verdicts}) => show(key, verdicts, names)).then(listDrives);
 });
 
 // One run of a command: what it says is shown by `done`.
@@ -210,7 +210,7 @@ function show(key, [first, ...others], names) {
   const buttons = made("p");
   buttons.append(link(texts.report, key));
   const shown = [verdict, list, buttons];
-  if (answers.size) shown.push(comparing(key));
+  if (answers.size || former.length) shown.push(comparing(key));
   answers.set(key, `${names}: ${first.headline}`);
   return shown;
 }
@@ -223,9 +223,16 @@ function comparing(after) {
     option.value = key;
     choice.append(option);
   }
+  for (const {drive, text} of former.filter(({text}) => ![...answers.values()].includes(text))) {
+    const option = made("option", text);
+    [option.value, option.dataset.drive] = [drive, drive];
+    choice.append(option);
+  }
   label.append(choice);
   button.addEventListener("click", () => {
-    begin("/comparisons", {before: choice.value, after}, (key, {headline, action}) => {
+    const {drive} = choice.selectedOptions[0].dataset;
+    const before = drive ? {truck: part("truck").value, drive} : {before: choice.value};
+    begin("/comparisons", {...before, after}, (key, {headline, action}) => {
       const verdict = made("div", "", "verdict"), buttons = made("p");
       verdict.append(made("h3", headline), made("p", action, "action"));
       buttons.append(link(texts.certificate, key));

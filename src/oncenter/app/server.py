@@ -21,7 +21,7 @@ from oncenter.app.answers import Answers
 from oncenter.app.fields import NUMBERS, number, read_back
 from oncenter.app.guard import BODY_BYTES_MAX, Guarded, cookie_name
 from oncenter.app.texts import ENGLISH
-from oncenter.app.trucks import Trucks
+from oncenter.app.trucks import OWN, Trucks
 from oncenter.app.uploads import Upload, Uploads
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import DATABASES, SUFFIXES
@@ -83,13 +83,15 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
     return Application(
         [
             (r"/", _Page, {"trucks": trucks}),
-            (r"/(app|fields)\.(css|js)", _Asset),
+            (r"/(app|drives|fields)\.(css|js)", _Asset),
             (r"/fields", _Fields),
             (r"/trucks", _Trucks, {"trucks": trucks, "uploads": uploads}),
             (r"/logs", _Logs, {"uploads": uploads}),
             (r"/logs/([\w-]+)", _Log, {"uploads": uploads}),
             (r"/answers", _Answers, places),
-            (r"/comparisons", _Comparisons, {"answers": answers}),
+            (r"/trucks/([^/]+)", _Truck, {"trucks": trucks}),
+            (r"/trucks/([^/]+)/drives/(\d+)", _Drive, {"trucks": trucks}),
+            (r"/comparisons", _Comparisons, {"trucks": trucks, "answers": answers}),
             (r"/answers/([\w-]+)", _Answer, {"answers": answers}),
             (r"/answers/([\w-]+)/report", _Report, {"answers": answers}),
         ],
@@ -167,7 +169,7 @@ class _Trucks(Guarded):
         logs = [path for path in whole if path not in databases]
         try:  # in a thread: a log is read
             kept = await asyncio.to_thread(self._trucks.keep, asked, databases, next(iter(logs), None))
-            self.finish({"group": "yours", **kept._asdict()})
+            self.finish({"group": OWN, **kept._asdict()})
         except OncenterError as error:
             self.refuse(error)
 
@@ -237,19 +239,67 @@ class _Answers(Guarded):
                 options += [f"--{field}={number(field, asked):g}"] if asked.get(field) else []
             if not whole or len(whole) < len(logs):
                 raise OncenterError(ENGLISH["waits" if logs else "needs_log"], code="page")
-            self.finish({"answer": self._answers.begin(whole, options)})
+            self.finish({"answer": self._begin(asked, whole, options)})
+        except OncenterError as error:
+            self.refuse(error)
+
+    def _begin(self, asked: dict[str, Any], logs: list[Path], options: list[str]) -> str:
+        if asked.get("group") != OWN:
+            return self._answers.begin(logs, options)
+        truck = str(asked["name"])
+        drives = self._trucks.drives(truck)
+        before = drives.begin()
+        return self._answers.begin(logs, options, truck, lambda said: drives.keep(before, said))
+
+
+class _Truck(Guarded):
+    """One of the user's trucks."""
+
+    def initialize(self, trucks: Trucks) -> None:
+        self._trucks = trucks
+
+    async def get(self, name: str) -> None:
+        try:
+            self.finish(await asyncio.to_thread(self._trucks.drives(name).listed))
+        except OncenterError as error:
+            self.refuse(error)
+
+    def delete(self, name: str) -> None:
+        try:
+            self._trucks.forget(name)
+            self.finish({})
+        except OncenterError as error:
+            self.refuse(error)
+
+
+class _Drive(Guarded):
+    """A former drive of it."""
+
+    def initialize(self, trucks: Trucks) -> None:
+        self._trucks = trucks
+
+    def delete(self, name: str, number: str) -> None:
+        try:
+            self._trucks.drives(name).forget(number)
+            self.finish({})
         except OncenterError as error:
             self.refuse(error)
 
 
 class _Comparisons(Guarded):
-    def initialize(self, answers: Answers) -> None:
-        self._answers = answers
+    def initialize(self, trucks: Trucks, answers: Answers) -> None:
+        self._trucks, self._answers = trucks, answers
+
+    def _former(self, asked: dict[str, Any]) -> dict[str, Any] | None:
+        """The answer on the drive before: of this page, or of an earlier day."""
+        if "drive" in asked:
+            return self._trucks.drives(str(asked.get("truck"))).said(str(asked["drive"]))
+        return self._answers.said(str(asked.get("before")))
 
     async def post(self) -> None:
         asked = _asked(self)
         try:
-            key = self._answers.begin_comparison(str(asked.get("before")), str(asked.get("after")))
+            key = self._answers.begin_comparison(self._former(asked), self._answers.said(str(asked.get("after"))))
             self.finish({"answer": key})
         except OncenterError as error:
             self.refuse(error)

@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
+import shutil
 from collections.abc import Mapping, Sequence
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import unquote
 
+from oncenter.app.drives import Drives
 from oncenter.app.fields import number, wrong
 from oncenter.app.texts import ENGLISH
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import file_stem
+from oncenter.files.log_formats import DATABASES
 from oncenter.files.whole_file import write_whole
 from oncenter.vehicle import vehicle
 from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
 from oncenter.vehicle_file.proposals import Proposal
 from oncenter.vehicle_file.shipped_files import shipped_names
 
+OWN = "yours"  # group of the user's trucks
+_DATABASES_MAX = 50  # of a truck
 UNKNOWN = "unknown"  # group and name of a truck that nobody describes
 _NUMBERS = ("wheelbase_m", "steering_ratio")
 _WORDS = ("axle_layout", "traffic_side")
@@ -39,7 +45,7 @@ class Trucks:
     def names(self) -> dict[str, dict[str, str]]:
         """The name of each truck for people, by that of its file."""
         own = sorted(path.stem for path in self._folder.glob("*.toml")) if self._folder.is_dir() else []
-        return {"yours": {stem: unquote(stem) for stem in own}, "shipped": {name: name for name in shipped_names()}}
+        return {OWN: {stem: unquote(stem) for stem in own}, "shipped": {name: name for name in shipped_names()}}
 
     def layouts(self) -> dict[str, dict[str, str]]:
         """The axle layout of each, empty where it is not given or the file cannot be read."""
@@ -61,7 +67,31 @@ class Trucks:
             return []
         if name not in self.names().get(group, {}):
             raise OncenterError(ENGLISH["needs_truck"], code="page")
-        return ["--vehicle", self.file_of(group, name)]
+        memory = ["--memory", str(self.drives(name).memory)] if group == OWN else []
+        return ["--vehicle", self.file_of(group, name), *memory]
+
+    def drives(self, name: str) -> Drives:
+        """Of one of the user's own trucks.
+
+        Raises:
+            OncenterError: "page": there is no such truck.
+        """
+        if name not in self.names()[OWN]:
+            raise OncenterError(ENGLISH["needs_truck"], code="page")
+        return Drives(self._folder / "drives" / name, vehicle(self.file_of(OWN, name)))
+
+    def forget(self, name: str) -> None:
+        """With its drives and the copies of its databases.
+
+        Raises:
+            OncenterError: "page": there is no such truck.
+        """
+        if name not in self.names()[OWN]:
+            raise OncenterError(ENGLISH["needs_truck"], code="page")
+        shutil.rmtree(self._folder / "drives" / name, ignore_errors=True)
+        (self._folder / f"{name}.toml").unlink()
+        for place, suffix in product(range(1, _DATABASES_MAX + 1), DATABASES):
+            (self._folder / f"{name}-{place}{suffix}").unlink(missing_ok=True)
 
     def keep(self, form: Mapping[str, Any], databases: Sequence[Path], log: Path | None) -> Kept:
         """Writes a vehicle file from what a person typed, with copies of the databases beside it.

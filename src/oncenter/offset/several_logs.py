@@ -115,15 +115,20 @@ def _by_pairs(
         size = after.offset - before.offset
         by_load = after.ratio * (after.gradient - before.gradient) * priors.pull_sd_m_s2
         sd = math.hypot(before.offset_sd, after.offset_sd, by_load, math.sqrt(2.0) * priors.offset_noise_sd_rad)
-        if abs(size) > max(_STEP_MIN_RAD, _STEP_SDS * sd):
+        if is_step(size, sd):
             steps.append(LogStep(later, size, sd))
     return steps
+
+
+def is_step(size: float, sd: float) -> bool:
+    """Whether two neighbouring drives differ by more than drives with one offset do; rad."""
+    return abs(size) > max(_STEP_MIN_RAD, _STEP_SDS * sd)
 
 
 def _is_new(step: LogStep, usable: Sequence[int], summaries: Sequence[Summary]) -> bool:
     """Whether the drive after the step differs as much from most of those before it: the one before may be wrong."""
     before = float(np.median([summaries[k].offset for k in usable if k < step.at]))
-    return abs(summaries[step.at].offset - before) > max(_STEP_MIN_RAD, _STEP_SDS * step.sd)
+    return is_step(summaries[step.at].offset - before, step.sd)
 
 
 def _as_one_drive(

@@ -1,0 +1,74 @@
+"use strict";
+// The former drives of the truck that is chosen, and the way to forget them.
+let former = []; // {drive, text}: for a comparison
+
+const chosenTruck = () => {
+  const option = part("truck").selectedOptions[0], group = option.parentElement.dataset.group;
+  return {option, group: group ?? option.value, path: `/trucks/${encodeURIComponent(option.value)}`};
+};
+
+const inDegrees = (offset, interval) => {
+  const signed = new Intl.NumberFormat("en", {minimumFractionDigits: 1, maximumFractionDigits: 1, signDisplay: "exceptZero"});
+  const [value, low, high] = [offset, ...interval].map((each) => signed.format(each).replace("-", "−"));
+  return `${value} deg (${low} to ${high})`;
+};
+const day = (start) => (start ? start.slice(0, 16).replace("T", " ") : texts.no_date);
+
+async function listDrives() {
+  former = [];
+  const {option, group, path} = chosenTruck(), shown = part("drives");
+  if (group !== "yours") {
+    shown.replaceChildren(...(option.value ? [made("small", texts.not_kept)] : []));
+    return;
+  }
+  try {
+    const {drives, common} = await send("GET", path);
+    if (chosenTruck().option !== option) return; // chosen on meanwhile
+    former = drives.map(({drive, log, verdict}) => ({drive, text: `${log}: ${verdict.headline}`}));
+    const list = made("ul", "", "drives");
+    list.append(...drives.map((each) => driveRow(each, path)));
+    const parts = drives.length ? [made("h3", texts.drives), list] : [made("small", texts.no_drives)];
+    if (common) {
+      const {state, word, count, since, offset, interval} = common, together = made("p");
+      const when = since ? `${texts.drives_since} ${day(since)}` : texts.drives_all;
+      together.append(mark(state, word), ` ${texts.together}, ${count} ${when}: ${inDegrees(offset, interval)}`);
+      parts.push(together);
+    }
+    shown.replaceChildren(...parts, forgetting(texts.forget_truck, texts.forget_truck_sure, path, () => {
+      option.remove();
+      part("truck").value = "";
+      part("truck").dispatchEvent(new Event("change"));
+    }));
+  } catch (error) {
+    shown.replaceChildren(made("p", error.message, "wrong"));
+  }
+}
+
+const mark = (state, word) => made("span", `${marks[state]} ${word}`, `state ${state}`);
+
+function driveRow({drive, start, log, offset, interval, verdict}, path) {
+  const row = made("li"), said = made("span");
+  said.append(mark(verdict.state, verdict.word), ` ${interval ? inDegrees(offset, interval) : texts.no_offset}`);
+  const button = forgetting(texts.forget, texts.forget_drive, `${path}/drives/${drive}`, listDrives);
+  button.setAttribute("aria-label", `${texts.forget}: ${day(start)}, ${log}`);
+  row.append(made("span", day(start)), made("span", log), said, button);
+  return row;
+}
+
+function forgetting(text, question, path, done) {
+  const button = made("button", text, "small");
+  button.type = "button";
+  button.addEventListener("click", async () => {
+    if (!confirm(question)) return;
+    try {
+      await send("DELETE", path);
+      done();
+    } catch (error) {
+      button.after(made("p", error.message, "wrong"));
+    }
+    part("truck").focus();
+  });
+  return button;
+}
+
+part("truck").addEventListener("change", listDrives);

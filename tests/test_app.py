@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import http.client
 import json
 import re
@@ -219,6 +220,15 @@ def test_the_page_says_what_the_command_says(page: Page, log: Path, capsys: pyte
     said = json.loads(capsys.readouterr().out)
     assert answer["said"]["verdicts"] == said["verdicts"]
     assert answer["said"]["offset"] == said["offset"]
+    status, table = page.ask("GET", f"/answers/{answer['key']}/csv")
+    first, second, *_ = csv.reader(table.decode("utf-8-sig").splitlines())
+    row = dict(zip(first, second, strict=True))
+    assert (row["quantity"], row["unit"], float(row["value"])) == (
+        "offset",
+        "deg",
+        pytest.approx(said["offset"]["value"], 1e-5),
+    )
+    assert [float(row[end]) for end in ("ci95_low", "ci95_high")] == pytest.approx(said["offset"]["ci95"], 1e-5)
     status, report = page.ask("GET", f"/answers/{answer['key']}/report")
     assert status == 200 and b"Straight-ahead offset" in report and str(page.trucks.parent).encode() not in report
 
@@ -290,6 +300,11 @@ def test_a_log_without_an_answer_has_the_command_s_error(page: Page, tmp_path: P
     answer = page.answer(page.drop(tmp_path / "empty.csv"))
     assert answer["state"] == "failed"
     assert "empty.csv" in answer["said"]["message"] and "Traceback" not in answer["said"]["message"]
+
+
+def test_a_code_is_explained_in_the_words_of_the_command(page: Page) -> None:
+    assert "What it means" in page.said("GET", "/explanations/missing_signal")["text"]
+    assert "no finding" in page.said("GET", "/explanations/no_such_code")["text"]
 
 
 def test_an_answer_can_be_cancelled(page: Page, log: Path) -> None:

@@ -152,13 +152,14 @@ part("begin").addEventListener("click", () => {
   for (const field of ["limit", "applied"]) given[field] = part(field).value;
   given.logs = [...logs.values()].map((log) => log.key);
   const names = [...logs.keys()].map((row) => row.firstChild.textContent).join(", ");
-  begin("/answers", given, (key, {verdicts}) => show(key, verdicts, names)).then(listDrives);
+  begin("/answers", given, (key, said) => show(key, said, names)).then(listDrives);
 });
 
 // One run of a command: what it says is shown by `done`.
 async function begin(path, given, done) {
   const shown = part("answer");
-  part("begin").disabled = true;
+  if (part("begin").ariaDisabled) return; // not disabled: that would take the focus of a keyboard away
+  part("begin").ariaDisabled = "true";
   shown.replaceChildren(made("p", texts.reading), made("progress"));
   try {
     const key = (await send("POST", path, given)).answer;
@@ -170,13 +171,14 @@ async function begin(path, given, done) {
       ({state, said} = await send("GET", `/answers/${key}`));
     } while (state === "running");
     if (state === "cancelled") shown.replaceChildren(made("p", texts.cancelled));
-    else if (state === "failed") shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"));
+    else if (state === "failed") shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"), explained(said.code));
     else shown.replaceChildren(...done(key, said));
   } catch (error) {
     shown.replaceChildren(...(atField(error) ? [] : [made("p", error.message, "wrong")]));
   }
+  shown.append(waysBack());
   running = null;
-  part("begin").disabled = false;
+  part("begin").ariaDisabled = null;
   part("cancel").hidden = true;
 }
 
@@ -190,14 +192,7 @@ const said = ({word, headline}) => {
   return rest[0].toUpperCase() + rest.slice(1);
 };
 
-function link(text, key) {
-  const report = made("a", text, "button");
-  report.href = `/answers/${key}/report`;
-  report.target = "_blank";
-  return report;
-}
-
-function show(key, [first, ...others], names) {
+function show(key, {verdicts: [first, ...others], findings}, names) {
   const verdict = made("div", "", `verdict ${first.state}`);
   verdict.append(made("span", `${marks[first.state]} ${first.word}`, "state"), made("h3", said(first)));
   for (const [text, name] of [[first.action, "action"], [first.note, "note"]]) if (text) verdict.append(made("p", text, name));
@@ -207,9 +202,7 @@ function show(key, [first, ...others], names) {
     row.append(made("span", `${marks[state]} ${word}`, `state ${state}`), ` ${about}: ${said({word, headline})} ${state === "ok" ? "" : action}`);
     list.append(row);
   }
-  const buttons = made("p");
-  buttons.append(link(texts.report, key));
-  const shown = [verdict, list, buttons];
+  const shown = [verdict, list, warnings(findings), offers(texts.report, key, true)];
   if (answers.size || former.length) shown.push(comparing(key));
   answers.set(key, `${names}: ${first.headline}`);
   return shown;
@@ -233,10 +226,9 @@ function comparing(after) {
     const {drive} = choice.selectedOptions[0].dataset;
     const before = drive ? {truck: part("truck").value, drive} : {before: choice.value};
     begin("/comparisons", {...before, after}, (key, {headline, action}) => {
-      const verdict = made("div", "", "verdict"), buttons = made("p");
+      const verdict = made("div", "", "verdict");
       verdict.append(made("h3", headline), made("p", action, "action"));
-      buttons.append(link(texts.certificate, key));
-      return [verdict, buttons];
+      return [verdict, offers(texts.certificate, key, false)];
     });
   });
   const parts = made("div");

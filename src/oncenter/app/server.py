@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import secrets
+import sys
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
@@ -18,6 +19,7 @@ from tornado.netutil import bind_sockets
 from tornado.web import Application, HTTPError, stream_request_body
 
 from oncenter.app.answers import Answers
+from oncenter.app.csv_table import csv_of
 from oncenter.app.fields import NUMBERS, number, read_back
 from oncenter.app.guard import BODY_BYTES_MAX, Guarded, cookie_name
 from oncenter.app.texts import ENGLISH
@@ -25,6 +27,7 @@ from oncenter.app.trucks import OWN, Trucks
 from oncenter.app.uploads import Upload, Uploads
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.log_formats import DATABASES, SUFFIXES
+from oncenter.report.browser import find_browser, pdf_of, require_browser
 from oncenter.report.canvas import COLOURS
 from oncenter.vehicle_keys import KEYS
 from oncenter.verdict.states import STATES, style
@@ -37,6 +40,7 @@ _CHOICES = {  # of the form, by field; the first is chosen
 }
 _UNITS = {"wheelbase_m": "m", "limit": "deg", "applied": "deg"}  # in which a number without unit is
 # A report has scripts of its own, so it gets an origin of its own; its policy stands in it and lets nothing be loaded.
+_PRINT = b'<script>addEventListener("load", () => setTimeout(print, 1000))</script>'  # once the pictures are drawn
 _OF_REPORT = "sandbox allow-scripts allow-modals allow-downloads"
 
 
@@ -83,7 +87,7 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
     return Application(
         [
             (r"/", _Page, {"trucks": trucks}),
-            (r"/(app|drives|fields)\.(css|js)", _Asset),
+            (r"/(app|drives|fields|offers)\.(css|js)", _Asset),
             (r"/fields", _Fields),
             (r"/trucks", _Trucks, {"trucks": trucks, "uploads": uploads}),
             (r"/logs", _Logs, {"uploads": uploads}),
@@ -94,6 +98,9 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
             (r"/comparisons", _Comparisons, {"trucks": trucks, "answers": answers}),
             (r"/answers/([\w-]+)", _Answer, {"answers": answers}),
             (r"/answers/([\w-]+)/report", _Report, {"answers": answers}),
+            (r"/answers/([\w-]+)/pdf", _Pdf, {"answers": answers}),
+            (r"/answers/([\w-]+)/csv", _Table, {"answers": answers}),
+            (r"/explanations/([a-z_0-9]+)", _Explanation),
         ],
         default_handler_class=_Nothing,
         port=port,
@@ -124,9 +131,10 @@ class _Page(Guarded):
 
     def get(self) -> None:
         template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(_file("page.html"))
-        given = {"texts": ENGLISH, "groups": self._trucks.names(), "suffixes": ",".join(SUFFIXES)}
+        given: dict[str, Any] = {"texts": ENGLISH, "groups": self._trucks.names(), "suffixes": ",".join(SUFFIXES)}
         given |= {"layouts": self._trucks.layouts(), "choices": _CHOICES, "units": _UNITS}
         given |= {"databases": ",".join(DATABASES), "drawings": Markup(_file("drawings.svg"))}
+        given["prints"] = find_browser() is not None
         self.finish(template.render(given, marks={code: state.mark for code, state in STATES.items()}))
 
 
@@ -329,7 +337,58 @@ class _Report(Guarded):
         if answer is None or answer.state != "done":
             raise HTTPError(404, reason="no such report")
         self.set_header("Content-Security-Policy", _OF_REPORT)
-        self.finish(answer.report.read_bytes())
+        self.finish(answer.report.read_bytes() + (_PRINT if self.get_query_argument("print", "") else b""))
+
+
+class _Pdf(Guarded):
+    """The report, printed by a browser of this machine."""
+
+    def initialize(self, answers: Answers) -> None:
+        self._answers = answers
+
+    async def get(self, key: str) -> None:
+        answer = self._answers.of(key)
+        if answer is None or answer.state != "done":
+            raise HTTPError(404, reason="no such report")
+        try:
+            printed = await asyncio.to_thread(_printed, answer.report)
+        except OncenterError as error:
+            self.refuse(error)
+            return
+        self.set_header("Content-Type", "application/pdf")
+        self.finish(printed)
+
+
+def _printed(report: Path) -> bytes:
+    place = report.with_suffix(".pdf")
+    return pdf_of(report.read_text(encoding="utf-8"), require_browser(place.name, report.name), place)
+
+
+class _Table(Guarded):
+    """The quantities of an answer, a row each, for a spreadsheet."""
+
+    def initialize(self, answers: Answers) -> None:
+        self._answers = answers
+
+    def get(self, key: str) -> None:
+        said = self._answers.said(key)
+        if said is None or "offset" not in said:
+            raise HTTPError(404, reason="no such answer")
+        self.set_header("Content-Type", "text/csv; charset=utf-8")
+        self.finish(csv_of(said))
+
+
+class _Explanation(Guarded):
+    """The words of `oncenter explain`."""
+
+    async def get(self, code: str) -> None:
+        command = [sys.executable, "-m", "oncenter", "explain", code]
+        pipe = asyncio.subprocess.PIPE
+        process = await asyncio.create_subprocess_exec(
+            *command, stdin=asyncio.subprocess.DEVNULL, stdout=pipe, stderr=pipe
+        )
+        out, err = await process.communicate()
+        self.finish({"text": (out or err).decode(errors="replace").strip()})
 
 
 def _asked(handler: Guarded) -> dict[str, Any]:

@@ -20,7 +20,7 @@ from oncenter.utc import utc
 from oncenter.verdict.numbers import between
 from oncenter.verdict.states import STATES
 
-_BYTE_ORDER_MARK = "\ufeff"  # by which Excel recognises UTF-8
+BYTE_ORDER_MARK = "\ufeff"  # by which Excel recognises UTF-8
 _TRUCK_SHOWN = 22  # characters
 _FORMULA = ("=", "+", "-", "@", "\t", "\r")  # a spreadsheet computes a cell that begins so; an apostrophe makes it text
 
@@ -93,7 +93,7 @@ def write_csv(path: Path, rows: Sequence[dict[str, Any]], columns: Sequence[str]
     Raises:
         OncenterError: "output", exit code 2: it cannot be written.
     """
-    write_whole(path, _BYTE_ORDER_MARK + as_csv(rows, columns=columns))
+    write_whole(path, BYTE_ORDER_MARK + as_csv(rows, columns=columns))
 
 
 def write_parquet(path: Path, table: pl.DataFrame) -> None:

@@ -1,0 +1,89 @@
+"use strict";
+// What an answer offers: report, PDF, CSV, explanations of its findings, and the ways back.
+const hasBrowser = document.body.dataset.pdf === "true"; // that prints without a window
+
+function link(text, path) {
+  const opened = made("a", text, "button");
+  [opened.href, opened.target] = [path, "_blank"];
+  return opened;
+}
+
+// The PDF as a file where a browser of this computer makes it, else by the print dialog of this one.
+function pdf(key) {
+  const printed = () => link(texts.print, `/answers/${key}/report?print=1`);
+  if (!hasBrowser) return printed();
+  const button = made("button", texts.pdf);
+  button.addEventListener("click", async () => {
+    if (button.ariaDisabled) return;
+    button.ariaDisabled = "true";
+    button.textContent = texts.printing;
+    try {
+      const response = await fetch(`/answers/${key}/pdf`);
+      if (!response.ok) throw new Error((await response.json()).message);
+      const file = made("a");
+      [file.href, file.download] = [URL.createObjectURL(await response.blob()), "oncenter.pdf"];
+      file.click();
+      setTimeout(() => URL.revokeObjectURL(file.href), 60e3);
+    } catch (error) {
+      button.parentElement.after(made("p", error instanceof TypeError ? texts.lost : error.message, "wrong"));
+      button.after(" ", printed());
+    }
+    button.ariaDisabled = null;
+    button.textContent = texts.pdf;
+  });
+  return button;
+}
+
+function offers(text, key, hasTable) {
+  const row = made("p", "", "offers");
+  row.append(link(text, `/answers/${key}/report`), pdf(key));
+  if (hasTable) {
+    const table = link(texts.csv, `/answers/${key}/csv`);
+    table.download = "oncenter.csv";
+    row.append(table);
+  }
+  return row;
+}
+
+// The text of `oncenter explain`, fetched when it is opened.
+function explained(code) {
+  const details = made("details", "", "explained"), text = made("pre", texts.reading);
+  details.append(made("summary", texts.explain), text);
+  details.addEventListener("toggle", async () => {
+    if (!details.open) return;
+    try {
+      text.textContent = (await send("GET", `/explanations/${code}`)).text;
+    } catch (error) {
+      text.textContent = error.message;
+    }
+  });
+  return details;
+}
+
+function warnings(findings) {
+  const list = made("ul", "", "others");
+  for (const {code, severity, text} of findings.filter(({severity}) => severity !== "info")) {
+    const row = made("li");
+    row.append(made("b", `${severity}: `), text, explained(code));
+    list.append(row);
+  }
+  return list;
+}
+
+// From every end: another log of this truck, or all anew.
+function waysBack() {
+  const row = made("p", "", "offers"), log = made("button", texts.another_log), truck = made("button", texts.all_anew);
+  const clear = (focused) => {
+    for (const button of part("logs").querySelectorAll("button")) button.click();
+    part("answer").replaceChildren();
+    part(focused).focus();
+  };
+  log.addEventListener("click", () => clear("files"));
+  truck.addEventListener("click", () => {
+    part("truck").value = "";
+    part("truck").dispatchEvent(new Event("change"));
+    clear("truck");
+  });
+  row.append(log, truck);
+  return row;
+}

@@ -171,7 +171,7 @@ async function begin(path, given, done) {
       ({state, said} = await send("GET", `/answers/${key}`));
     } while (state === "running");
     if (state === "cancelled") shown.replaceChildren(made("p", texts.cancelled));
-    else if (state === "failed") shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"), explained(said.code));
+    else if (state === "failed") shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"), explained(said.code, "error"));
     else shown.replaceChildren(...done(key, said));
   } catch (error) {
     shown.replaceChildren(...(atField(error) ? [] : [made("p", error.message, "wrong")]));

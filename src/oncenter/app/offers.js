@@ -46,15 +46,18 @@ function offers(text, key, hasTable) {
 }
 
 // The text of `oncenter explain`, fetched when it is opened.
-function explained(code) {
-  const details = made("details", "", "explained"), text = made("pre", texts.reading);
-  details.append(made("summary", texts.explain), text);
+function explained(code, kind) {
+  const details = made("details", "", "explained"), words = made("div", texts.reading);
+  details.append(made("summary", texts.explain), words);
   details.addEventListener("toggle", async () => {
     if (!details.open) return;
     try {
-      text.textContent = (await send("GET", `/explanations/${code}`)).text;
+      const {text} = await send("GET", `/explanations/${code}`);
+      const section = text.split(`${code} (`).find((each) => each.startsWith(`${kind})`)) ?? text;
+      const paragraphs = section.split("\n\n").filter((each) => /^(What|Likely)/.test(each)); // without an example
+      words.replaceChildren(...paragraphs.map((each) => made("p", each.replace(/\s+/g, " "))));
     } catch (error) {
-      text.textContent = error.message;
+      words.textContent = error.message;
     }
   });
   return details;
@@ -64,7 +67,7 @@ function warnings(findings) {
   const list = made("ul", "", "others");
   for (const {code, severity, text} of findings.filter(({severity}) => severity !== "info")) {
     const row = made("li");
-    row.append(made("b", `${severity}: `), text, explained(code));
+    row.append(made("b", `${severity}: `), text, explained(code, "finding"));
     list.append(row);
   }
   return list;

@@ -33,37 +33,45 @@ async function asked(wrong, action) {
   }
 }
 
+const wholeLogs = () => [...logs.values()].filter((log) => log.isWhole).map((log) => log.key);
+const sent = new Map(); // databases by their files: the form may be sent again
+
 part("form").addEventListener("submit", (event) => {
   event.preventDefault();
   asked("truck-wrong", async () => {
     const databases = [];
     for (const file of part("databases").files) {
-      const {log: key} = await send("POST", "/logs", {name: file.name, size: file.size});
-      await fetch(`/logs/${key}`, {method: "PUT", body: file});
-      databases.push(key);
+      if (!sent.has(file)) {
+        const {log: key} = await send("POST", "/logs", {name: file.name, size: file.size});
+        await fetch(`/logs/${key}`, {method: "PUT", body: file});
+        sent.set(file, key);
+      }
+      databases.push(sent.get(file));
     }
-    const dropped = [...logs.values()].filter((log) => log.isWhole).map((log) => log.key);
     const form = Object.fromEntries(new FormData(part("form")));
-    const {group, name, signals, notes} = await send("POST", "/trucks", {...form, databases, logs: dropped});
-    const lines = [...signals, ...notes].map((line) => made("li", line));
-    const found = made("ul");
-    found.append(...lines);
-    part("found").replaceChildren(...(lines.length ? [made("p", texts.found), found] : []));
-    let list = part("truck").querySelector(`[data-group="${group}"]`);
-    if (!list) {
-      list = made("optgroup");
-      list.label = texts[group];
-      list.dataset.group = group;
-      part("truck").children[1].after(list);
-    }
-    const option = made("option", part("form").elements.name.value);
-    option.value = name;
-    list.append(option);
-    option.selected = true;
-    part("other").open = false;
-    part("truck").focus();
+    await chooseSignals({...form, databases, logs: wholeLogs()}, form.name, part("truck-state"));
   });
 });
+
+function chooseKept({group, name}, title) {
+  let list = part("truck").querySelector(`[data-group="${group}"]`);
+  if (!list) {
+    list = made("optgroup");
+    list.label = texts[group];
+    list.dataset.group = group;
+    part("truck").children[1].after(list);
+  }
+  let option = [...list.children].find((each) => each.value === name);
+  if (!option) {
+    option = made("option", title);
+    option.value = name;
+    list.append(option);
+  }
+  option.selected = true;
+  part("truck").dispatchEvent(new Event("change"));
+  part("other").open = false;
+  part("truck").focus();
+}
 
 function add(file) {
   const row = made("li"), name = made("span", file.name), state = made("span"), button = made("button", texts.cancel);

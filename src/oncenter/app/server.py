@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from tornado.web import Application, HTTPError, stream_request_body
 
 from oncenter.app.answers import Answers
 from oncenter.app.guard import BODY_BYTES_MAX, Guarded, cookie_name
+from oncenter.app.network import Network, network_entries, network_shown
 from oncenter.app.texts import ENGLISH
 from oncenter.app.trucks import Trucks, number
 from oncenter.app.uploads import Upload, Uploads
@@ -76,8 +77,9 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
     return Application(
         [
             (r"/", _Page, {"trucks": trucks}),
-            (r"/app\.(css|js)", _Asset),
+            (r"/(app\.css|app\.js|signals\.js)", _Asset),
             (r"/trucks", _Trucks, {"trucks": trucks, "uploads": uploads}),
+            (r"/signals", _Signals, {"trucks": trucks, "uploads": uploads}),
             (r"/logs", _Logs, {"uploads": uploads}),
             (r"/logs/([\w-]+)", _Log, {"uploads": uploads}),
             (r"/answers", _Answers, places),
@@ -88,6 +90,7 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
         default_handler_class=_Nothing,
         port=port,
         token=token,
+        reading=asyncio.Lock(),
         log_function=lambda _: None,
     )
 
@@ -121,30 +124,62 @@ class _Page(Guarded):
 
 
 class _Asset(Guarded):
-    def get(self, kind: str) -> None:
-        text = files("oncenter.app").joinpath(f"app.{kind}").read_text(encoding="utf-8")
-        if kind == "css":
+    def get(self, name: str) -> None:
+        text, is_style = files("oncenter.app").joinpath(name).read_text(encoding="utf-8"), name.endswith("css")
+        if is_style:
             colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
             text = f":root{{{colours}}}\n{style()}{text}"
-        self.set_header("Content-Type", "text/css" if kind == "css" else "text/javascript")
+        self.set_header("Content-Type", "text/css" if is_style else "text/javascript")
         self.finish(text)
 
 
-class _Trucks(Guarded):
+class _OfTruck(Guarded):
+    """A handler about a truck that is new, or whose file the request names, and the files that were dropped for it."""
+
     def initialize(self, trucks: Trucks, uploads: Uploads) -> None:
         self._trucks, self._uploads = trucks, uploads
 
-    async def post(self) -> None:
-        asked = _asked(self)
+    def _dropped(self, asked: Mapping[str, Any]) -> tuple[list[Path], Path | None]:
+        """The databases, and the first log."""
         files = [self._uploads.of(str(key)) for key in (*asked.get("databases", ()), *asked.get("logs", ()))]
         whole = [upload.path for upload in files if upload is not None and upload.is_whole]
         databases = [path for path in whole if path.name.lower().endswith(DATABASES)]
-        logs = [path for path in whole if path not in databases]
-        try:  # in a thread: a log is read
-            kept = await asyncio.to_thread(self._trucks.keep, asked, databases, next(iter(logs), None))
-            self.finish({"group": "yours", **kept._asdict()})
+        return databases, next((path for path in whole if path not in databases), None)
+
+
+class _Signals(_OfTruck):
+    """The signals of a truck as rows: proposed, or as chosen so far. Nothing is kept."""
+
+    async def post(self) -> None:
+        asked = _asked(self)
+        try:  # in a thread: a log is read; one after the other
+            async with self.settings["reading"]:
+                self.finish(await asyncio.to_thread(self._rows, asked))
         except OncenterError as error:
             self.refuse(error)
+
+    def _rows(self, asked: Mapping[str, Any]) -> dict[str, Any]:
+        databases, log = self._dropped(asked)
+        values = self._trucks.described(asked)
+        network = Network([*map(Path, values.get("dbc", ())), *databases], log)
+        return network_shown(values, network, asked.get("signals"), asked.get("at_s"))
+
+
+class _Trucks(_OfTruck):
+    async def post(self) -> None:
+        asked = _asked(self)
+        try:
+            self.finish({"group": "yours", "name": await asyncio.to_thread(self._kept, asked)})
+        except OncenterError as error:
+            self.refuse(error)
+
+    def _kept(self, asked: Mapping[str, Any]) -> str:
+        databases, log = self._dropped(asked)
+        values = self._trucks.described(asked)
+        network, table = Network([*map(Path, values.get("dbc", ())), *databases], log), {}
+        if asked.get("signals") is not None:
+            table = network_entries(network, asked["signals"], values.get("signals", {}))
+        return self._trucks.keep(asked, values, databases, table)
 
 
 class _Logs(Guarded):

@@ -38,6 +38,7 @@ const sent = new Map(); // databases by their files: the form may be sent again
 
 part("form").addEventListener("submit", (event) => {
   event.preventDefault();
+  if (part("truck-state").textContent) return; // files are being searched
   asked("truck-wrong", async () => {
     const databases = [];
     for (const file of part("databases").files) {
@@ -116,6 +117,7 @@ function add(file) {
       log.request.send(file);
     });
     log.isWhole = true;
+    document.dispatchEvent(new Event("log"));
     state.textContent = `${megabytes(file.size)} MB, ${texts.ready}`;
     progress.remove();
     button.textContent = texts.remove;
@@ -149,6 +151,8 @@ part("begin").addEventListener("click", () => {
   begin("/answers", given, (key, {verdicts}) => show(key, verdicts, names));
 });
 
+const HINTED = ["missing_signal", "not_j1939", "unit_missing"]; // errors of a network with other names
+
 // One run of a command: what it says is shown by `done`.
 async function begin(path, given, done) {
   const shown = part("answer");
@@ -164,7 +168,10 @@ async function begin(path, given, done) {
       ({state, said} = await send("GET", `/answers/${key}`));
     } while (state === "running");
     if (state === "cancelled") shown.replaceChildren(made("p", texts.cancelled));
-    else if (state === "failed") shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"));
+    else if (state === "failed") {
+      const hint = HINTED.includes(said.code) ? [made("p", texts.signals_hint)] : [];
+      shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"), ...hint);
+    }
     else shown.replaceChildren(...done(key, said));
   } catch (error) {
     shown.replaceChildren(made("p", error.message, "wrong"));

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -105,7 +106,7 @@ def network_shown(values: Mapping[str, Any], network: Network, asked: Any, at_s:
     _, there = _names(network)
     former = values.get("signals", {})
     if not there and not former:
-        return {"rows": [], "notes": [], "at_s": None, "names": []}
+        return {"rows": [], "notes": [], "at_s": None, **_lists(there)}
     notes: list[str] = []
     why: dict[str, str] = {}
     if asked is not None:
@@ -122,33 +123,38 @@ def network_shown(values: Mapping[str, Any], network: Network, asked: Any, at_s:
     truck = vehicle_from({**values, "signals": table}, str(values.get("name", "")))
     drive, wrong = _drive(network, truck)
     said = {signal: list(_said(signal, table, drive, network, there)) for signal in PROPOSED}
-    notes = [*notes, *_at_rows(wrong, said), *_findings(drive, truck, table, said)]
+    notes = [*notes, *_about_time(table, there), *_at_rows(wrong, said), *_findings(drive, truck, table, said)]
     pictures = {} if drive is None else _pictures(drive, truck, at_s)
-    names = {} if asked is not None else {"names": [[each.name, each.unit] for each in there]}
-    candidates = {} if asked is not None else {each.signal: each for each in proposals(there)}
+    for signal, picture in pictures.items():
+        if picture["fits"] and not said[signal]:
+            said[signal].append(Said("ok", ENGLISH["row_fits"]))
     rows = []
     for signal in PROPOSED:
-        entry, source = table.get(signal), None if drive is None else drive.sources.get(signal)
-        best = candidates.get(signal)
-        rows.append(
-            {
-                "signal": signal,
-                "needed": signal in NEEDED,
-                "name": "" if entry is None else entry["name"],
-                "unit": "" if entry is None else entry.get("unit", ""),
-                "sign": 1 if entry is None else entry.get("sign", 1),
-                "has_sign": signal not in _WITHOUT_SIGN,
-                "units": {unit: _in_words(unit) for unit in factors(signal)},
-                "source": "" if source is None or entry is not None else source.description,
-                "why": why.get(signal, ""),
-                "similar": [] if best is None else [each.named.name for each in (best, *best.others)],
-                "said": said[signal]
-                or ([Said("ok", ENGLISH["row_fits"])] if pictures.get(signal, {}).pop("fits", False) else []),
-                "picture": pictures.get(signal),
-            }
-        )
+        source = None if drive is None else drive.sources.get(signal)
+        row = _row(signal, table.get(signal), "" if source is None else source.description)
+        rows.append(row | {"why": why.get(signal, ""), "said": said[signal], "picture": pictures.get(signal)})
     at = next((picture["at_s"] for picture in pictures.values()), None)
-    return {"rows": rows, "notes": notes, "at_s": at, **names}
+    return {"rows": rows, "notes": notes, "at_s": at, **(_lists(there) if asked is None else {})}
+
+
+def _row(signal: str, entry: Mapping[str, Any] | None, source: str) -> dict[str, Any]:
+    """A row without its picture. Without an entry a log can have the signal by itself, from a `source`."""
+    given = {"name": "", "unit": "", "sign": 1} | dict(entry or {})
+    return {
+        "signal": signal,
+        "needed": signal in NEEDED,
+        "has_sign": signal not in _WITHOUT_SIGN,
+        "units": {unit: _in_words(unit) for unit in factors(signal)},
+        "parts": [f"{ENGLISH[f'row_{key}']} {given[key]}" for key in ("sign_by", "plus") if key in given],
+        "source": "" if entry else source,
+        **{key: given[key] for key in ("name", "unit", "sign")},
+    }
+
+
+def _lists(there: Sequence[Named]) -> dict[str, Any]:
+    """All names with their units, and for each signal those that are similar to it, the best first."""
+    similar = {each.signal: [one.named.name for one in (each, *each.others)] for each in proposals(there)}
+    return {"names": [[each.name, each.unit] for each in there], "similar": similar}
 
 
 def _refused(message: str) -> OncenterError:
@@ -157,8 +163,22 @@ def _refused(message: str) -> OncenterError:
 
 def _names(network: Network) -> tuple[list[Named], list[Named]]:
     """Columns or channels of the log, and all names."""
-    columns = [] if network.log is None else names_in(network.log, "log")
-    return columns, [*columns, *(each for database in network.databases for each in names_in(database, "database"))]
+    columns = [] if network.log is None else _names_in(network.log, "log")
+    return columns, [*columns, *(each for file in network.databases for each in _names_in(file, "database"))]
+
+
+def _names_in(file: Path, kind: Literal["log", "database"]) -> list[Named]:
+    """Read once while the file does not change: each choice needs them."""
+    try:
+        status = file.stat()
+    except OSError:  # the reader reports the error
+        return names_in(file, kind)
+    return _read_names(file, kind, (status.st_ino, status.st_size, status.st_mtime_ns))
+
+
+@lru_cache(maxsize=8)
+def _read_names(file: Path, kind: Literal["log", "database"], state: tuple[int, ...]) -> list[Named]:
+    return names_in(file, kind)
 
 
 def _drive(network: Network, truck: Vehicle) -> tuple[Signals | None, OncenterError | None]:
@@ -189,6 +209,13 @@ def _said(
         yield Said("bad", f"{network.log.name}: {why}. {ENGLISH['remedy_other_signal']}")
 
 
+def _about_time(table: Entries, there: Sequence[Named]) -> Iterator[str]:
+    """A column of times whose unit is assumed."""
+    name = table.get("time", {}).get("name")
+    if time_proposal([each for each in there if each.name == name and not each.unit]) is not None:
+        yield f"{name}: {ENGLISH['time_no_unit']}"
+
+
 def _at_rows(error: OncenterError | None, said: Mapping[str, list[Said]]) -> list[str]:
     """Puts the reason of an unread log at the rows that need it; returns it where it concerns no row."""
     if error is None:
@@ -205,12 +232,13 @@ def _findings(drive: Signals | None, truck: Vehicle, table: Entries, said: Mappi
         return []
     rest = []
     for finding in check(drive, truck).findings:
-        if finding.severity == "info" or finding.code == "missing_signal":
-            continue
+        remedy = ENGLISH.get(f"remedy_{finding.code}")
+        if finding.code == "missing_signal" or (finding.severity != "error" and remedy is None):
+            continue  # said at the row, or of the truck and the drive: the report has it
         rows = [signal for signal in _accused(finding.text) if signal in table]
         for signal in rows:
             state = "bad" if finding.severity == "error" else "open"
-            said[signal].append(Said(state, _with_remedy(finding, table[signal])))
+            said[signal].append(Said(state, _with_remedy(finding, remedy, table[signal])))
         if not rows:
             rest.append(f"{capitalised(finding.text)}.")
     return rest
@@ -226,13 +254,12 @@ def _accused(text: str) -> list[str]:
     return []
 
 
-def _with_remedy(finding: Finding, entry: Mapping[str, object]) -> str:
+def _with_remedy(finding: Finding, remedy: str | None, entry: Mapping[str, object]) -> str:
     """The observation, and what to do in this row in place of the vehicle file."""
-    remedy = ENGLISH.get(f"remedy_{finding.code}")
-    if finding.code == "sign_reversed" and entry.get("sign") == -1:
-        remedy = ENGLISH["remedy_sign_reversed_back"]
     if remedy is None:
         return f"{capitalised(finding.text)}."
+    if finding.code == "sign_reversed" and entry.get("sign") == -1:
+        remedy = ENGLISH["remedy_sign_reversed_back"]
     return f"{capitalised(finding.text.partition('. ')[0])}. {remedy}"
 
 

@@ -1,6 +1,6 @@
 "use strict";
 // The signals of a truck: a row each, beside what it should look like. What is chosen here is kept with the truck.
-let dialog = null; // {about: the truck and its files, title, names of the list, at_s of the pictures}
+let dialog = null; // {about: the truck and its files, title, names of the list, similar ones by signal, at_s of the pictures}
 const rows = new Map(); // by signal, those on the page
 const MARKS = {bad: "!", open: "?", ok: marks.ok};
 const NAMES_MAX = 30; // of the list at once
@@ -10,10 +10,10 @@ async function chooseSignals(about, title, state) {
   state.textContent = texts.signals_searching;
   try {
     const found = await send("POST", "/signals", about);
-    dialog = {about, title, names: found.names, at_s: null};
+    if (!found.rows.length && about.truck) throw new Error(texts.signals_none);
+    dialog = {about, title, names: found.names, similar: found.similar, at_s: null, isTouched: false};
     rows.clear();
     if (!found.rows.length) {
-      if (about.truck) throw new Error(texts.signals_none);
       await keep();
       return;
     }
@@ -36,10 +36,16 @@ function opened(isOpen) {
 }
 
 async function keep() {
-  const signals = rows.size ? chosen() : undefined;
-  const kept = await send("POST", "/trucks", {...dialog.about, signals});
-  opened(false);
-  chooseKept(kept, dialog.title);
+  part("keep").disabled = true; // once, also where a log arrives meanwhile
+  try {
+    const signals = rows.size ? chosen() : undefined;
+    const kept = await send("POST", "/trucks", {...dialog.about, signals});
+    opened(false);
+    chooseKept(kept, dialog.title);
+    dialog = null;
+  } finally {
+    part("keep").disabled = false;
+  }
 }
 
 const chosen = () =>
@@ -48,7 +54,7 @@ const chosen = () =>
 // Reads the log again with what is chosen now; a change that comes meanwhile is read after it.
 let reading = false, again = false;
 async function refresh() {
-  again = true;
+  again = dialog.isTouched = true;
   if (reading) return;
   reading = true;
   part("signals").setAttribute("aria-busy", "true");
@@ -81,8 +87,8 @@ function showRows({rows: found, notes, at_s}) {
 }
 
 let count = 0;
-function rowOf({signal, similar, units, has_sign: hasSign, why}) {
-  const shown = made("li", "", "signal"), title = made("h4", texts[signal]), controls = made("div");
+function rowOf({signal, units, has_sign: hasSign, why}) {
+  const shown = made("div", "", "signal"), title = made("h4", texts[signal]), controls = made("div");
   const name = made("strong"), source = made("small"), said = made("ul", "", "said"), figure = made("figure");
   const choose = made("button", texts.row_choose), list = made("div", "", "list");
   const unit = made("select"), unitLabel = made("label", texts.row_unit);
@@ -105,10 +111,10 @@ function rowOf({signal, similar, units, has_sign: hasSign, why}) {
   if (texts[`${signal}_what`]) shown.append(made("small", texts[`${signal}_what`]));
   shown.append(said, controls, figure, list);
 
-  const row = {given: {}, fill};
+  const row = {given: {}, fill}, similar = dialog.similar[signal] ?? [];
   function fill(each) {
     row.given = each.name ? {name: each.name, unit: each.unit, sign: each.sign} : {};
-    name.textContent = each.name || (each.source ? "" : texts.row_none);
+    name.textContent = [each.name, ...each.parts].join(", ") || (each.source ? "" : texts.row_none);
     source.textContent = each.source ? `${texts.row_source} ${each.source}` : why && each.name === similar[0] ? `${texts.row_why} ${why}.` : "";
     unitLabel.hidden = !each.name;
     signLabel.hidden = !each.name || !(hasSign || each.sign < 0);
@@ -135,6 +141,11 @@ function rowOf({signal, similar, units, has_sign: hasSign, why}) {
     list.replaceChildren(...(isOpen ? [] : searched(similar, pick)));
     if (!isOpen) list.querySelector("input").focus();
   });
+  list.addEventListener("keydown", ({key}) => {
+    if (key !== "Escape") return;
+    choose.click();
+    choose.focus();
+  });
   rows.set(signal, row);
   return shown;
 }
@@ -157,7 +168,8 @@ function searched(similar, pick) {
     const fitting = inOrder.filter((name) => words.every((word) => name.toLowerCase().includes(word)));
     const lines = fitting.slice(0, NAMES_MAX).map((name) => item(units.get(name) ? `${name} (${units.get(name)})` : name, {name}));
     const hidden = fitting.length - lines.length;
-    names.replaceChildren(item(texts.row_leave_out, {}), ...lines, ...(hidden ? [made("li", `${hidden} ${texts.row_more_names}`)] : []));
+    const rest = hidden ? [made("li", `${hidden} ${texts.row_more_names}`)] : lines.length ? [] : [made("li", texts.row_no_name)];
+    names.replaceChildren(...lines, ...rest, item(texts.row_leave_out, {}));
   };
   search.addEventListener("input", fill);
   fill();
@@ -197,6 +209,13 @@ part("truck").addEventListener("change", () => {
 part("check-signals").addEventListener("click", () => {
   const truck = part("truck").selectedOptions[0];
   asked("check-wrong", () => chooseSignals({truck: truck.value, logs: wholeLogs()}, truck.textContent, part("check-state")));
+});
+document.addEventListener("log", () => {
+  if (part("signals").hidden || part("keep").disabled || dialog.about.logs.length) return;
+  dialog.about.logs = wholeLogs();
+  part("signals-log").hidden = true;
+  if (dialog.isTouched) refresh();
+  else asked("keep-wrong", () => chooseSignals(dialog.about, dialog.title, part("signals-state")));
 });
 part("keep").addEventListener("click", () => asked("keep-wrong", keep));
 part("back").addEventListener("click", () => {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -19,8 +20,9 @@ from oncenter.read import read
 from oncenter.read.apart import names_in
 from oncenter.read.named import Named
 from oncenter.read.units import factors
-from oncenter.signals import SIGNALS, Signals, in_words, shown_unit
+from oncenter.signals import SIGNALS, SignalName, Signals, in_words, shown_unit
 from oncenter.vehicle import Vehicle, vehicle_from
+from oncenter.vehicle_file.by_log import is_named
 from oncenter.vehicle_file.check import NEEDED
 from oncenter.vehicle_file.new import proposals_for
 from oncenter.vehicle_file.proposals import PROPOSED, chosen, proposals, time_proposal
@@ -169,26 +171,45 @@ def _names(network: Network) -> tuple[list[Named], list[Named]]:
 
 def _names_in(file: Path, kind: Literal["log", "database"]) -> list[Named]:
     """Read once while the file does not change: each choice needs them."""
-    try:
-        status = file.stat()
-    except OSError:  # the reader reports the error
-        return names_in(file, kind)
-    return _read_names(file, kind, (status.st_ino, status.st_size, status.st_mtime_ns))
+    return _names_once(file, kind, _state(file))
 
 
 @lru_cache(maxsize=8)
-def _read_names(file: Path, kind: Literal["log", "database"], state: tuple[int, ...]) -> list[Named]:
+def _names_once(file: Path, kind: Literal["log", "database"], state: object) -> list[Named]:
     return names_in(file, kind)
+
+
+def _state(file: Path) -> tuple[int, ...]:
+    """Differs where a file changed."""
+    try:
+        status = file.stat()
+    except OSError:  # the reader reports the error
+        return ()
+    return (status.st_ino, status.st_size, status.st_mtime_ns)
 
 
 def _drive(network: Network, truck: Vehicle) -> tuple[Signals | None, OncenterError | None]:
     """The drive by the truck's signals, or why it cannot be read by them."""
     if network.log is None:
         return None, None
+    files = (network.log, *network.databases)
+    names = {signal: replace(name, sign=1) for signal, name in truck.signal_names.items()}
     try:
-        return read(network.log, names=truck.signal_names, dbc=network.databases), None
+        drive = _read_once(files, tuple(names.items()), tuple(map(_state, files)))
     except OncenterError as error:
         return None, error
+    turned = {
+        SIGNALS[signal].column
+        for signal, name in truck.signal_names.items()
+        if name.sign == -1 and signal in drive.sources and is_named(drive.sources[signal], name.name)
+    }
+    columns = {name: -values if name in turned else values for name, values in drive.columns.items()}
+    return drive.replaced(columns=columns), None
+
+
+@lru_cache(maxsize=1)  # the last: another sign, or another part of the drive, is shown at once
+def _read_once(files: tuple[Path, ...], names: tuple[tuple[str, SignalName], ...], state: object) -> Signals:
+    return read(files[0], names=dict(names), dbc=files[1:])
 
 
 def _said(

@@ -16,6 +16,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
+import numpy as np
+import polars as pl
 import pytest
 from browser import note_errors
 
@@ -120,7 +122,7 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ],
 )
 @pytest.mark.parametrize(
-    "path", ["/", "/app.js", "/trucks", "/logs", "/logs/x", "/answers/x", "/answers/x/report", "/no"]
+    "path", ["/", "/app.js", "/trucks", "/signals", "/logs", "/logs/x", "/answers/x", "/answers/x/report", "/no"]
 )
 def test_only_this_user_s_page_gets_an_answer(page: Page, path: str, method: str, headers: dict[str, Any]) -> None:
     assert page.ask(method, path, FORM if method == "POST" else None, **headers)[0] == 403
@@ -245,18 +247,122 @@ def test_a_truck_that_nobody_describes_has_an_answer_too(page: Page, log: Path) 
         assert "unknown_truck" in [finding["code"] for finding in answer["said"]["findings"]]
 
 
-def test_a_log_of_an_own_network_is_answered_by_its_database_alone(page: Page, tmp_path: Path) -> None:
-    """The angle of this network is positive to the right, which its database does not say: the log shows it."""
-    example = ROOT / "examples" / "own_dbc"
-    given = [sys.executable, example / "write_log.py", tmp_path / "own.log", "weave"]
-    subprocess.run(given, check=True, capture_output=True)
-    log, database = page.drop(tmp_path / "own.log"), page.drop(example / "chassis.dbc")
-    kept = page.said("POST", "/trucks", {**FORM, "name": "own network", "databases": [database], "logs": [log]})
-    assert "steering wheel angle: STEERING.WheelAngle (deg, reversed)" in kept["signals"]
-    page.said("DELETE", f"/logs/{database}")
-    answer = page.answer(log, group="yours", name=kept["name"])
+@pytest.fixture(scope="module")
+def own_network(page: Page, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """A log and its database. The angle of this network is positive to the right, as a comment of the database says."""
+    log, example = tmp_path_factory.mktemp("own") / "own.blf", ROOT / "examples" / "own_dbc"
+    subprocess.run([sys.executable, example / "write_log.py", log, "weave"], check=True, capture_output=True)
+    return {"databases": [page.drop(example / "chassis.dbc")], "logs": [page.drop(log)], "log": log}
+
+
+CHOSEN = {
+    "steering_wheel_angle": {"name": "STEERING.WheelAngle", "unit": "deg", "sign": -1},
+    "yaw_rate": {"name": "MOTION.YawRate", "unit": "deg_s", "sign": 1},
+    "vehicle_speed": {"name": "SPEED.VehSpeed", "unit": "km_h", "sign": 1},
+    "lateral_acceleration": {"name": "MOTION.LatAccel", "unit": "m_s2", "sign": 1},
+}
+
+
+def asked_with(own_network: dict[str, Any], name: str, **changed: dict[str, Any]) -> dict[str, Any]:
+    signals = {signal: {**entry, **changed.get(signal, {})} for signal, entry in CHOSEN.items()}
+    return {**FORM, "name": name, **{key: own_network[key] for key in ("databases", "logs")}, "signals": signals}
+
+
+def rows_of(page: Page, asked: dict[str, Any]) -> dict[str, Any]:
+    return {row["signal"]: row for row in page.said("POST", "/signals", asked)["rows"]}
+
+
+def test_signals_of_an_own_network_are_proposed_beside_what_they_should_look_like(
+    page: Page, own_network: dict[str, Any]
+) -> None:
+    asked = {**asked_with(own_network, "proposed"), "signals": None}
+    said = page.said("POST", "/signals", asked)
+    rows = {row["signal"]: row for row in said["rows"]}
+    chosen = {signal: {key: rows[signal][key] for key in entry} for signal, entry in CHOSEN.items()}
+    assert chosen == CHOSEN
+    assert ["STEERING.WheelTorque", "Nm"] in said["names"]
+    angle, expected = (np.array(curve) for curve in rows["steering_wheel_angle"]["picture"]["curves"])
+    assert np.corrcoef(angle, expected)[0, 1] > 0.95
+    assert np.std(angle) == pytest.approx(np.std(expected), rel=0.2)
+    assert [rows[signal]["said"][0][0] for signal in ("steering_wheel_angle", "yaw_rate")] == ["ok", "ok"]
+    assert not list(page.trucks.glob("proposed*"))
+
+
+def test_what_is_chosen_is_kept_and_answered_by_its_database_alone(page: Page, own_network: dict[str, Any]) -> None:
+    kept = page.said("POST", "/trucks", asked_with(own_network, "own network"))
+    truck = oc.vehicle(page.trucks / f"{kept['name']}.toml")
+    assert {signal: entry.model_dump(exclude_none=True) for signal, entry in truck.signals.items()} == {
+        signal: {**entry, "road_wheel": False} for signal, entry in CHOSEN.items()
+    }
+    answer = page.answer(*own_network["logs"], group="yours", name=kept["name"])
     low, high = answer["said"]["offset"]["ci95"]
     assert low < 2.04 < high
+
+
+def test_a_flipped_sign_is_said_at_its_row_and_mended_in_a_truck_that_is_kept(
+    page: Page, own_network: dict[str, Any]
+) -> None:
+    asked = asked_with(own_network, "flipped", steering_wheel_angle={"sign": 1})
+    rows = rows_of(page, asked)
+    state, text = rows["steering_wheel_angle"]["said"][0]
+    assert state == "bad" and "sign of the steering wheel angle is reversed" in text and "Flip the sign" in text
+    assert all(rows[signal]["said"][0][0] == "ok" for signal in ("yaw_rate", "lateral_acceleration"))
+    kept = page.said("POST", "/trucks", asked)["name"]
+    again = {"truck": kept, "logs": own_network["logs"]}
+    assert rows_of(page, again)["steering_wheel_angle"]["said"][0][0] == "bad"
+    page.said("POST", "/trucks", {**again, "signals": CHOSEN})
+    truck = oc.vehicle(page.trucks / f"{kept}.toml")
+    assert (truck.signals["steering_wheel_angle"].sign, truck.wheelbase_m) == (-1, 3.7)
+    assert rows_of(page, again)["steering_wheel_angle"]["said"] == [["ok", "Fits the other signals."]]
+
+
+@pytest.mark.parametrize(
+    ("signal", "unit", "factor"),
+    [("steering_wheel_angle", "rad", "57.3"), ("yaw_rate", "rad_s", "57.3"), ("vehicle_speed", "m_s", "3.6")],
+)
+def test_a_swapped_unit_is_said_at_its_row(
+    page: Page, own_network: dict[str, Any], signal: str, unit: str, factor: str
+) -> None:
+    rows = rows_of(page, asked_with(own_network, "swapped", **{signal: {"unit": unit}}))
+    state, text = rows[signal]["said"][0]
+    assert state == "bad" and f"too large by a factor of {factor}" in text and "Choose another unit in this row" in text
+    assert [name for name in CHOSEN if rows[name]["said"] and rows[name]["said"][0][0] == "bad"] == [signal]
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"name": "MOTION.Roll"}, "MOTION.Roll is not a signal of chassis.dbc, own.blf"),
+        ({"name": "../../etc/passwd"}, "is not a signal of"),
+        ({"unit": "furlong"}, "yaw rate has no unit furlong: it is rad_s or deg_s"),
+        ({"sign": 2}, "the sign of the yaw rate is 1 or -1"),
+    ],
+)
+def test_a_choice_that_the_files_do_not_have_is_refused(
+    page: Page, own_network: dict[str, Any], given: dict[str, Any], said: str
+) -> None:
+    asked = asked_with(own_network, "refused", yaw_rate=given)
+    for path in ("/signals", "/trucks"):
+        assert said in page.refused("POST", path, asked)
+    assert not list(page.trucks.glob("refused*"))
+    assert "Choose a truck first" in page.refused("POST", "/signals", {**asked, "truck": "../../somebody"})
+
+
+def test_a_signal_that_says_nothing_is_named_at_its_row(page: Page, tmp_path: Path) -> None:
+    """Columns of a table: one never moves, one has no unit, one is missing."""
+    table = oc.simulate("weave")[0].table
+    columns = {"t": table["time_s"], "SteeringWheelAngle": table["steering_wheel_angle_rad"]}
+    columns |= {"YawRate_rad_s": 0.0 * table["yaw_rate_rad_s"], "VehicleSpeed_m_s": table["vehicle_speed_m_s"]}
+    pl.DataFrame(columns).write_csv(tmp_path / "drive.csv")
+    asked = {**FORM, "name": "table", "logs": [page.drop(tmp_path / "drive.csv")]}
+    rows = rows_of(page, asked)
+    assert ["bad", "Nothing fits by its name. Choose a signal."] in rows["lateral_acceleration"]["said"]
+    assert any("gives no unit" in text for _, text in rows["steering_wheel_angle"]["said"])
+    (state, text), *_ = rows["yaw_rate"]["said"]
+    assert state == "bad" and "yaw rate stays at one value" in text and "Choose another signal" in text
+    signals = {signal: {"name": row["name"]} for signal, row in rows.items() if row["name"]}
+    kept = page.said("POST", "/trucks", {**asked, "signals": signals})["name"]
+    assert oc.vehicle(page.trucks / f"{kept}.toml").signals["time"].name == "t"
 
 
 def test_two_drives_are_compared_and_have_a_certificate(page: Page, log: Path) -> None:
@@ -373,3 +479,46 @@ def test_a_mechanic_goes_from_the_first_page_to_the_report(page: Page, log: Path
         assert opened.evaluate("document.documentElement.scrollWidth") == 400
     assert faults == []
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+@pytest.mark.browser
+def test_a_mechanic_flips_a_wrong_sign_and_has_an_answer(
+    page: Page, own_network: dict[str, Any], browser: Any, tmp_path: Path
+) -> None:
+    """The truck is kept by a database that does not say which side is positive; the log shows it afterwards."""
+    database = (ROOT / "examples" / "own_dbc" / "chassis.dbc").read_text(encoding="utf-8")
+    (tmp_path / "network.dbc").write_text(database.replace(", positive to the right", ""), encoding="utf-8")
+    faults: list[str] = []
+    with browser.new_context(viewport={"width": 1280, "height": 900}) as context:
+        opened = context.new_page()
+        note_errors(opened, faults)
+        opened.goto(f"http://127.0.0.1:{page.port}/?key={page.key}")
+        opened.click("#other summary")
+        opened.fill("[name=name]", "wrong sign")
+        opened.set_input_files("#databases", tmp_path / "network.dbc")
+        opened.click("form button")
+        opened.wait_for_selector("#signals-log:visible")
+        opened.click("#keep")
+        opened.set_input_files("#files", own_network["log"])
+        opened.wait_for_selector("text=ready")
+        opened.click("#check-signals")
+        angle = opened.get_by_role("group", name="Steering wheel angle")
+        angle.locator(".said-bad", has_text="is reversed").wait_for()
+        assert angle.locator("path.own").get_attribute("d")
+        opened.set_viewport_size({"width": 400, "height": 900})
+        assert opened.evaluate("document.documentElement.scrollWidth") == 400
+        sign = angle.get_by_label("Flip the sign")
+        sign.focus()
+        opened.keyboard.press("Space")
+        angle.locator(".said-ok").wait_for()
+        assert opened.evaluate("document.activeElement.type") == "checkbox"
+        opened.click("#keep")
+        opened.wait_for_selector("#signals", state="hidden")
+        opened.click("#begin")
+        opened.wait_for_selector(".verdict")
+        with context.expect_page() as report:
+            opened.click("text=Open the report")
+        report.value.wait_for_selector("canvas")
+    assert faults == []
+    (kept,) = page.trucks.glob("wrong*sign.toml")
+    assert oc.vehicle(kept).signals["steering_wheel_angle"].sign == -1

@@ -95,6 +95,9 @@ def keep_truck(view: Any, name: str) -> None:
         view.fill(f"#{field}", written)
     view.check("[name=axle_layout][value='4x2']")
     view.click("form button")
+    view.wait_for_selector("#signals:not([hidden]), #other:not([open])")
+    if view.is_visible("#keep"):  # the names of its log
+        view.click("#keep")
     view.wait_for_selector("#other:not([open])")
 
 

@@ -44,40 +44,46 @@ function atField({message, needs}) {
   for (let around = said.closest("details"); around; around = around.parentElement.closest("details")) around.open = true;
   return true;
 }
+const wholeLogs = () => [...logs.values()].filter((log) => log.isWhole).map((log) => log.key);
+const sent = new Map(); // databases by their files: the form may be sent again
 
 part("form").addEventListener("submit", (event) => {
   event.preventDefault();
+  if (part("truck-state").textContent) return; // files are being searched
   asked("truck-wrong", async () => {
     const databases = [];
     for (const file of part("databases").files) {
-      const {log: key} = await send("POST", "/logs", {name: file.name, size: file.size});
-      await fetch(`/logs/${key}`, {method: "PUT", body: file});
-      databases.push(key);
+      if (!sent.has(file)) {
+        const {log: key} = await send("POST", "/logs", {name: file.name, size: file.size});
+        await fetch(`/logs/${key}`, {method: "PUT", body: file});
+        sent.set(file, key);
+      }
+      databases.push(sent.get(file));
     }
-    const dropped = [...logs.values()].filter((log) => log.isWhole).map((log) => log.key);
     const form = Object.fromEntries(new FormData(part("form")));
-    const {group, name, signals, notes} = await send("POST", "/trucks", {...form, databases, logs: dropped});
-    const lines = [...signals, ...notes].map((line) => made("li", line));
-    const found = made("ul");
-    found.append(...lines);
-    part("found").replaceChildren(...(lines.length ? [made("p", texts.found), found] : []));
-    let list = part("truck").querySelector(`[data-group="${group}"]`);
-    if (!list) {
-      list = made("optgroup");
-      list.label = texts[group];
-      list.dataset.group = group;
-      part("truck").children[1].after(list);
-    }
-    const option = made("option", part("form").elements.name.value);
-    option.value = name;
-    option.dataset.axles = form.axle_layout;
-    list.append(option);
-    option.selected = true;
-    part("truck").dispatchEvent(new Event("change"));
-    part("other").open = false;
-    part("truck").focus();
+    await chooseSignals({...form, databases, logs: wholeLogs()}, form.name, part("truck-state"));
   });
 });
+
+function chooseKept({group, name}, title) {
+  let list = part("truck").querySelector(`[data-group="${group}"]`);
+  if (!list) {
+    list = made("optgroup");
+    list.label = texts[group];
+    list.dataset.group = group;
+    part("truck").children[1].after(list);
+  }
+  let option = [...list.children].find((each) => each.value === name);
+  if (!option) {
+    option = made("option", title);
+    [option.value, option.dataset.axles] = [name, part("form").elements.axle_layout.value];
+    list.append(option);
+  }
+  option.selected = true;
+  part("truck").dispatchEvent(new Event("change"));
+  part("other").open = false;
+  part("truck").focus();
+}
 
 function add(file) {
   const row = made("li"), name = made("span", file.name), state = made("span"), button = made("button", texts.cancel);
@@ -122,6 +128,7 @@ function add(file) {
       log.request.send(file);
     });
     log.isWhole = true;
+    document.dispatchEvent(new Event("log"));
     state.textContent = `${megabytes(file.size)} MB, ${texts.ready}`;
     progress.remove();
     button.textContent = texts.remove;
@@ -155,6 +162,8 @@ part("begin").addEventListener("click", () => {
   begin("/answers", given, (key, said) => show(key, said, names)).then(listDrives);
 });
 
+const HINTED = ["missing_signal", "not_j1939", "unit_missing"]; // errors of a network with other names
+
 // One run of a command: what it says is shown by `done`.
 async function begin(path, given, done) {
   const shown = part("answer");
@@ -171,7 +180,10 @@ async function begin(path, given, done) {
       ({state, said} = await send("GET", `/answers/${key}`));
     } while (state === "running");
     if (state === "cancelled") shown.replaceChildren(made("p", texts.cancelled));
-    else if (state === "failed") shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"), explained(said.code, "error"));
+    else if (state === "failed") {
+      const hint = HINTED.includes(said.code) ? [made("p", texts.signals_hint)] : [];
+      shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"), ...hint, explained(said.code, "error"));
+    }
     else shown.replaceChildren(...done(key, said));
   } catch (error) {
     shown.replaceChildren(...(atField(error) ? [] : [made("p", error.message, "wrong")]));

@@ -6,7 +6,7 @@ import asyncio
 import json
 import secrets
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,7 @@ from oncenter.app.answers import Answers
 from oncenter.app.csv_table import csv_of
 from oncenter.app.fields import NUMBERS, number, read_back
 from oncenter.app.guard import BODY_BYTES_MAX, Guarded, cookie_name
+from oncenter.app.network import Network, network_entries, network_shown
 from oncenter.app.texts import ENGLISH
 from oncenter.app.trucks import OWN, Trucks
 from oncenter.app.uploads import Upload, Uploads
@@ -87,9 +88,10 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
     return Application(
         [
             (r"/", _Page, {"trucks": trucks}),
-            (r"/(app|drives|fields|offers)\.(css|js)", _Asset),
+            (r"/(app|drives|fields|offers|signals)\.(css|js)", _Asset),
             (r"/fields", _Fields),
             (r"/trucks", _Trucks, {"trucks": trucks, "uploads": uploads}),
+            (r"/signals", _Signals, {"trucks": trucks, "uploads": uploads}),
             (r"/logs", _Logs, {"uploads": uploads}),
             (r"/logs/([\w-]+)", _Log, {"uploads": uploads}),
             (r"/answers", _Answers, places),
@@ -105,6 +107,7 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
         default_handler_class=_Nothing,
         port=port,
         token=token,
+        reading=asyncio.Lock(),
         log_function=lambda _: None,
     )
 
@@ -141,10 +144,11 @@ class _Page(Guarded):
 class _Asset(Guarded):
     def get(self, name: str, kind: str) -> None:
         text = _file(f"{name}.{kind}")
-        if kind == "css":
+        is_style = kind == "css"
+        if is_style:
             colours = "".join(f"--{name}:{colour};" for name, colour in COLOURS.items())
             text = f":root{{{colours}}}\n{style()}{text}"
-        self.set_header("Content-Type", "text/css" if kind == "css" else "text/javascript")
+        self.set_header("Content-Type", "text/css" if is_style else "text/javascript")
         self.finish(text)
 
 
@@ -165,21 +169,53 @@ class _Fields(Guarded):
             self.finish({"wrong": str(error)})
 
 
-class _Trucks(Guarded):
+class _OfTruck(Guarded):
+    """A handler about a truck that is new, or whose file the request names, and the files that were dropped for it."""
+
     def initialize(self, trucks: Trucks, uploads: Uploads) -> None:
         self._trucks, self._uploads = trucks, uploads
 
-    async def post(self) -> None:
-        asked = _asked(self)
+    def _dropped(self, asked: Mapping[str, Any]) -> tuple[list[Path], Path | None]:
+        """The databases, and the first log."""
         files = [self._uploads.of(str(key)) for key in (*asked.get("databases", ()), *asked.get("logs", ()))]
         whole = [upload.path for upload in files if upload is not None and upload.is_whole]
         databases = [path for path in whole if path.name.lower().endswith(DATABASES)]
-        logs = [path for path in whole if path not in databases]
-        try:  # in a thread: a log is read
-            kept = await asyncio.to_thread(self._trucks.keep, asked, databases, next(iter(logs), None))
-            self.finish({"group": OWN, **kept._asdict()})
+        return databases, next((path for path in whole if path not in databases), None)
+
+
+class _Signals(_OfTruck):
+    """The signals of a truck as rows: proposed, or as chosen so far. Nothing is kept."""
+
+    async def post(self) -> None:
+        asked = _asked(self)
+        try:  # in a thread: a log is read; one after the other
+            async with self.settings["reading"]:
+                self.finish(await asyncio.to_thread(self._rows, asked))
         except OncenterError as error:
             self.refuse(error)
+
+    def _rows(self, asked: Mapping[str, Any]) -> dict[str, Any]:
+        databases, log = self._dropped(asked)
+        values = self._trucks.described(asked)
+        network = Network([*map(Path, values.get("dbc", ())), *databases], log)
+        return network_shown(values, network, asked.get("signals"), asked.get("at_s"))
+
+
+class _Trucks(_OfTruck):
+    async def post(self) -> None:
+        asked = _asked(self)
+        try:
+            self.finish({"group": OWN, "name": await asyncio.to_thread(self._kept, asked)})
+        except OncenterError as error:
+            self.refuse(error)
+
+    def _kept(self, asked: Mapping[str, Any]) -> str:
+        databases, log = self._dropped(asked)
+        values = self._trucks.described(asked)
+        network, table = Network([*map(Path, values.get("dbc", ())), *databases], log), {}
+        if asked.get("signals") is not None:
+            table = network_entries(network, asked["signals"], values.get("signals", {}))
+        return self._trucks.keep(asked, values, databases, table)
 
 
 class _Logs(Guarded):

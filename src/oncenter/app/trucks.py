@@ -6,7 +6,7 @@ import shutil
 from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import unquote
 
 from oncenter.app.drives import Drives
@@ -15,10 +15,10 @@ from oncenter.app.texts import ENGLISH
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import file_stem
 from oncenter.files.log_formats import DATABASES
+from oncenter.files.toml_file import read_toml
 from oncenter.files.whole_file import write_whole
 from oncenter.vehicle import vehicle
-from oncenter.vehicle_file.new import new_vehicle_file, proposals_for
-from oncenter.vehicle_file.proposals import Proposal
+from oncenter.vehicle_file.new import new_vehicle_file
 from oncenter.vehicle_file.shipped_files import shipped_names
 
 OWN = "yours"  # group of the user's trucks
@@ -26,14 +26,6 @@ _DATABASES_MAX = 50  # of a truck
 UNKNOWN = "unknown"  # group and name of a truck that nobody describes
 _NUMBERS = ("wheelbase_m", "steering_ratio")
 _WORDS = ("axle_layout", "traffic_side")
-
-
-class Kept(NamedTuple):
-    """The name of a truck's file, and what was found in its database or log, a line each."""
-
-    name: str
-    signals: list[str]
-    notes: list[str]
 
 
 class Trucks:
@@ -93,21 +85,19 @@ class Trucks:
         for place, suffix in product(range(1, _DATABASES_MAX + 1), DATABASES):
             (self._folder / f"{name}-{place}{suffix}").unlink(missing_ok=True)
 
-    def keep(self, form: Mapping[str, Any], databases: Sequence[Path], log: Path | None) -> Kept:
-        """Writes a vehicle file from what a person typed, with copies of the databases beside it.
-
-        Args:
-            form: its fields, as text.
-            databases: of a network that is not J1939.
-            log: a drive of this truck, which decides between signals of similar names.
+    def described(self, form: Mapping[str, Any]) -> dict[str, Any]:
+        """The values of a vehicle file: of the truck whose file `form` names as "truck", else what a person typed.
 
         Raises:
-            OncenterError: "vehicle_file": a field is not a number or out of its range; "page": a truck has this name.
+            OncenterError: "vehicle_file": a field is not a number or out of its range; "page": a truck has this name,
+                or there is no such truck.
         """
+        if form.get("truck"):
+            return self._of_file(str(form["truck"]))
         name = str(form.get("name", "")).strip()
         if not name:
             raise wrong("name", "give the truck a name")
-        path = self._folder / f"{file_stem(name)[:60]}.toml"
+        path = self._path(name)
         if path.exists():
             raise OncenterError(
                 f"there is a truck named {unquote(path.stem)}: choose it, or take another name",
@@ -118,15 +108,42 @@ class Trucks:
         values = {"name": name, **{field: number(field, form) for field in _NUMBERS if form.get(field)}}
         values |= {field: form[field] for field in _WORDS if form.get(field)}
         new_vehicle_file(path, values, [])  # what is typed is checked before files are read
-        proposed, notes = proposals_for(databases, log) if databases or log is not None else ([], [])
+        return values
+
+    def _of_file(self, stem: str) -> dict[str, Any]:
+        """With absolute paths of its databases."""
+        if stem not in self.names()[OWN]:
+            raise OncenterError(ENGLISH["needs_truck"], code="page")
+        path = self._folder / f"{stem}.toml"
+        values = dict(read_toml(path, f"vehicle file {path.name}", code="vehicle_file"))
+        truck = vehicle(path)
+        return values | ({"dbc": list(map(str, truck.databases()))} if truck.dbc else {})
+
+    def keep(
+        self, form: Mapping[str, Any], values: Mapping[str, Any], databases: Sequence[Path], signals: Mapping[str, Any]
+    ) -> str:
+        """Writes a vehicle file, with copies of the databases beside it. Returns the name of the file.
+
+        Args:
+            form: as of `described`; a truck that it names is replaced.
+            values: as `described` gives them.
+            databases: of a network that is not J1939, besides those of the values.
+            signals: the `[signals]` table.
+        """
+        path = self._folder / f"{form['truck']}.toml" if form.get("truck") else self._path(values["name"])
         self._folder.mkdir(parents=True, exist_ok=True)
-        copies = [path.with_name(f"{path.stem}-{number}{each.suffix}") for number, each in enumerate(databases, 1)]
-        for copy, given in zip(copies, databases, strict=True):
+        of_truck = list(values.get("dbc", ()))
+        for place, given in enumerate(databases, len(of_truck) + 1):
+            copy = path.with_name(f"{path.stem}-{place}{given.suffix}")
             write_whole(copy, given.read_bytes())
-        write_whole(
-            path, new_vehicle_file(path, values | ({"dbc": list(map(str, copies))} if copies else {}), proposed)
-        )
-        return Kept(path.stem, [_line(each) for each in proposed], notes)
+            of_truck.append(str(copy))
+        given_tables = {"dbc": of_truck, "signals": signals}
+        written = {**values, **{key: value for key, value in given_tables.items() if value}}
+        write_whole(path, new_vehicle_file(path, written, []))
+        return path.stem
+
+    def _path(self, name: str) -> Path:
+        return self._folder / f"{file_stem(name)[:60]}.toml"
 
 
 def _layout(file: str) -> str:
@@ -134,14 +151,3 @@ def _layout(file: str) -> str:
         return vehicle(file).axle_layout or ""
     except OncenterError:
         return ""
-
-
-def _line(proposed: Proposal) -> str:
-    """The name of a signal in the log, beside what it is."""
-    sign = ", reversed" if proposed.sign < 0 else ""
-    more = "".join(
-        f", {what} {name}" for what, name in (("plus", proposed.plus), ("sign by", proposed.sign_by)) if name
-    )
-    name = proposed.signal_name()
-    unit = (name.unit or "").replace("_", "/").replace("s2", "s²")
-    return f"{proposed.signal.replace('_', ' ')}: {proposed.named.name} ({unit}{sign}{more})"

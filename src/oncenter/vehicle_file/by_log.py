@@ -17,7 +17,7 @@ from oncenter.read.apart import frames
 from oncenter.read.frames import pgn_of
 from oncenter.read.named import Named
 from oncenter.read.units import factors
-from oncenter.signals import SIGNALS, Signals
+from oncenter.signals import SIGNALS, Signals, Source
 from oncenter.vehicle_file.check import NEEDED
 from oncenter.vehicle_file.proposals import NAMELESS, Proposal, nameless
 
@@ -145,7 +145,7 @@ def _candidates(
         if first is None or grid is None:
             first, grid = drive, time[:: max(1, round(_STEP_S * drive.rate_hz))]
         for each in of_round:
-            if _is_of(drive, each):
+            if each.signal in drive.sources and is_named(drive.sources[each.signal], each.named.name):
                 values = drive.columns[SIGNALS[each.signal].column]
                 read.setdefault(each.signal, []).append(_Read(replace(each, others=()), _on(grid, time, values)))
     if first is None:
@@ -181,12 +181,8 @@ def _group(frame: int) -> int:
     return int(pgn_of(np.array([frame & 0x1FFFFFFF], np.uint32))[0]) if frame >> 31 else -1
 
 
-def _is_of(drive: Signals, proposal: Proposal) -> bool:
-    """Whether the drive's signal is that of the candidate, and not of another source."""
-    source = drive.sources.get(proposal.signal)
-    if source is None:
-        return False
-    name = proposal.named.name
+def is_named(source: Source, name: str) -> bool:
+    """Whether it is the source of this name in `[signals]`, and not another one of the log."""
     return name in (source.place or "") or name.rpartition(".")[2] in source.description
 
 

@@ -92,6 +92,7 @@ _KINDS: Mapping[str, _Kind] = {
         (("nm", 1e9),),
     ),
 }  # fmt: skip
+PROPOSED = tuple(_KINDS)  # the signals that have proposals
 
 _NAME_MAX = 100  # characters that are looked at
 _OTHERS_MAX = 20  # further candidates of a signal
@@ -251,6 +252,14 @@ def nameless(signal: str, there: Sequence[Named]) -> list[Proposal]:
     return found
 
 
+def chosen(signal: str, named: Named, there: Sequence[Named]) -> Proposal:
+    """A signal that a person chose for one of `PROPOSED`, with its other parts in the same message."""
+    beside = [each for each in there if _place(each) == _place(named)]
+    proposal = Proposal(signal, named, _unit(signal, named), assumed=_assumed(_KINDS[signal], named))
+    proposal = replace(proposal, sign=-1 if _is_right_positive(named) else 1)
+    return _with_parts(proposal, _words_of(named.name.rpartition(".")[2]), beside)
+
+
 def time_proposal(columns: Sequence[Named]) -> Proposal | None:
     """The first column of a table that is named like a time, unless one needs no entry."""
     if any(each.name in _RECOGNISED_TIME for each in columns):
@@ -312,7 +321,7 @@ def _candidate(signal: str, kind: _Kind, named: Named, words: str, beside: Seque
     points += (
         3.0 * bool(_NOT_IN.search(message)) + 2.0 * bool(_LESS_IN.search(message)) + 1.5 * bool(_LESS.search(words))
     )
-    if _RIGHT_POSITIVE.search(named.comment.lower()):
+    if _is_right_positive(named):
         proposal = replace(proposal, sign=-1)
         reasons.append("right is positive by its comment")
     return _Candidate(points, replace(proposal, reasons=tuple(reasons)))
@@ -344,6 +353,11 @@ _GENERAL_SPEED = 2  # the pattern of speed that any speed fits
 def _is_state(named: Named) -> bool:
     """Whether it is a flag, a counter or a list of states."""
     return 0 < named.bits < _BITS_MIN or (named.bits == _BITS_MIN and named.codes > _CODES_MAX)
+
+
+def _is_right_positive(named: Named) -> bool:
+    """By its comment."""
+    return _RIGHT_POSITIVE.search(named.comment.lower()) is not None
 
 
 def _reach(proposal: Proposal, named: Named) -> tuple[float, float]:

@@ -63,7 +63,7 @@ def opened(page: Page, browser: Any) -> Iterator[Any]:
     """The page in a window; its scripts make no error."""
     faults: list[str] = []
     with browser.new_context(viewport={"width": WIDTH, "height": 900}) as context:
-        context.set_default_timeout(30_000)
+        context.set_default_timeout(60_000)  # ms; a busy machine
         view = context.new_page()
         note_errors(view, faults)
         view.on("dialog", lambda dialog: dialog.accept())

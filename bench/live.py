@@ -23,7 +23,6 @@ import sys
 import tempfile
 import threading
 import time
-import urllib.request
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -40,7 +39,6 @@ from oncenter.simulate import simulate_to_log
 
 GROUP = "239.74.163.2"
 PORT = 5016
-EVENTS = f"GET /events HTTP/1.1\r\nHost: 127.0.0.1:{PORT}\r\n\r\n".encode()
 LINE_MAX_BYTES = 1 << 20  # a figure in one line
 FRAMES_PER_S, CROWD_FRAMES_PER_S = 2000, 4000
 CROWD = 18  # viewers beside the browser and the slow one
@@ -59,13 +57,13 @@ def main() -> None:
     arguments.add_argument("--page", action="store_true", help="write the figures into docs/live.md")
     arguments.add_argument("--crowd", action="store_true", help="twice the frames, twenty viewers, a flood of requests")
     arguments.add_argument("--send", type=Path, help=argparse.SUPPRESS)  # the sender's own process
-    arguments.add_argument("--visit", action="store_true", help=argparse.SUPPRESS)  # the crowd's own process
+    arguments.add_argument("--visit", metavar="KEY", help=argparse.SUPPRESS)  # the crowd's own process
     chosen = arguments.parse_args()
     if chosen.send:
         send(chosen.send, chosen.seconds, CROWD_FRAMES_PER_S if chosen.crowd else FRAMES_PER_S)
         return
     if chosen.visit:
-        asyncio.run(visit(chosen.seconds))
+        asyncio.run(visit(chosen.seconds, chosen.visit))
         return
     with tempfile.TemporaryDirectory() as folder:
         figures = run(Path(folder), chosen.seconds, chosen.crowd)
@@ -90,25 +88,27 @@ def run(folder: Path, seconds: int, crowd: bool) -> str:
     command = [sys.executable, "-m", "oncenter", "live", GROUP, "--interface", "udp_multicast", "--web"]
     command += ["--port", str(PORT), "--record", str(kept), "--state", str(folder / "state")]
     command += ["--vehicle", "scania_r730_4x2", "--json"]
-    live = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    wait_for_page()
+    with (folder / "said").open("w") as said_file:
+        live = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=said_file, text=True)
+    key = key_of_page(folder / "said")
     page = page_process_of(live.pid)
     watching = threading.Event()
-    slow = threading.Thread(target=slow_viewer, args=(watching,), daemon=True)
+    slow = threading.Thread(target=slow_viewer, args=(watching, key), daemon=True)
     slow.start()
     own = [sys.executable, __file__, "--seconds", str(seconds)] + (["--crowd"] if crowd else [])
-    visitors = subprocess.Popen([*own, "--visit"], stdout=subprocess.PIPE, text=True) if crowd else None
+    visitors = subprocess.Popen([*own, "--visit", key], stdout=subprocess.PIPE, text=True) if crowd else None
     memory: list[tuple[float, float]] = []
     watcher = threading.Thread(target=watch_memory, args=(live.pid, memory, watching), daemon=True)
     watcher.start()
     with subprocess.Popen([*own, "--send", str(drive)], stdout=subprocess.PIPE, text=True) as sender:
-        shown, losses_shown = browser(sender)
+        shown, losses_shown = browser(sender, key)
         sent = int(sender.stdout.read()) if sender.stdout else 0
     visited = json.loads(visitors.communicate()[0]) if visitors is not None else None
     cpu_s = {"all but the page": cpu_s_of(live.pid), "the page's process": cpu_s_of(page)}
     watching.set()
     live.send_signal(signal.SIGINT)
-    given, said = live.communicate(timeout=60)
+    given, _ = live.communicate(timeout=60)
+    said = (folder / "said").read_text()
     slow.join()
     watcher.join()
     frames = joined(list(candump.chunks(kept, [], lambda fraction: None)))
@@ -144,9 +144,9 @@ def verdict(is_so: bool) -> str:
     return "met" if is_so else "missed"
 
 
-async def visit(seconds: int) -> None:
-    """Viewers that read like a browser without painting, and a client that requests the page continuously."""
-    viewers = [asyncio.create_task(view(seconds)) for _ in range(CROWD)]
+async def visit(seconds: int, key: str) -> None:
+    """Viewers that read like a browser without painting, and a stranger that requests the page continuously."""
+    viewers = [asyncio.create_task(view(seconds, key)) for _ in range(CROWD)]
     await asyncio.sleep(2.0)
     with ThreadPoolExecutor(FLOOD) as pool:  # asyncio's default pool has fewer threads, which would delay some clients
         clients = [asyncio.get_running_loop().run_in_executor(pool, ask, seconds) for _ in range(FLOOD)]
@@ -156,10 +156,10 @@ async def visit(seconds: int) -> None:
     print(json.dumps({"pictures_per_s": per_s, "asked": requests, "refused": refused}))
 
 
-async def view(seconds: int) -> int:
+async def view(seconds: int, key: str) -> int:
     """How many states came."""
     reader, writer = await asyncio.open_connection("127.0.0.1", PORT, limit=LINE_MAX_BYTES)
-    writer.write(EVENTS)
+    writer.write(events(key))
     count, until_s = 0, time.monotonic() + seconds
     while time.monotonic() < until_s:
         line = await asyncio.wait_for(reader.readline(), 10.0)
@@ -171,7 +171,7 @@ async def view(seconds: int) -> int:
 
 
 def ask(seconds: int) -> tuple[int, int]:
-    """Number of requests, and of those refused."""
+    """Number of requests without the key, and of those refused."""
     requests = refused = 0
     until_s = time.monotonic() + seconds
     connection = http.client.HTTPConnection("127.0.0.1", PORT, timeout=60)
@@ -242,15 +242,19 @@ def fillers(chances: np.random.Generator) -> Iterator[can.Message]:
         yield from some
 
 
-def wait_for_page() -> None:
+def key_of_page(said: Path) -> str:
+    """Of the address that is printed once the page is served."""
     until_s = time.monotonic() + 60
     while time.monotonic() < until_s:
-        try:
-            urllib.request.urlopen(f"http://127.0.0.1:{PORT}/", timeout=5).read()
-            return
-        except OSError:
-            time.sleep(0.2)
+        if found := re.search(r"\?key=(\S+)", said.read_text()):
+            return found[1]
+        time.sleep(0.2)
     raise SystemExit("the page did not come")
+
+
+def events(key: str) -> bytes:
+    """The request of the page for its events."""
+    return f"GET /events HTTP/1.1\r\nHost: 127.0.0.1:{PORT}\r\nCookie: oncenter-{PORT}={key}\r\n\r\n".encode()
 
 
 def stat(pid: int) -> list[str]:
@@ -264,18 +268,18 @@ def watch_memory(pid: int, memory: list[tuple[float, float]], enough: threading.
         memory.append((time.monotonic() - begin_s, pages * os.sysconf("SC_PAGE_SIZE") / 1e6))
 
 
-def slow_viewer(enough: threading.Event) -> None:
+def slow_viewer(enough: threading.Event, key: str) -> None:
     """Asks for the events as the page does, and reads them slower than they are written."""
     with socket.socket() as connection:
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 8192)
         connection.connect(("127.0.0.1", PORT))
-        connection.sendall(EVENTS)
+        connection.sendall(events(key))
         while not enough.wait(0.1):
             if not connection.recv(SLOW_BYTES_PER_S // 10):
                 raise SystemExit("the slow viewer was cut off")
 
 
-def browser(sender: subprocess.Popen[str]) -> tuple[np.ndarray, str]:
+def browser(sender: subprocess.Popen[str], key: str) -> tuple[np.ndarray, str]:
     """Wall time in s and frame stamp of everything shown until the sender ends, shape (n, 2); and the page's text on
     lost frames at the end."""
     from playwright.sync_api import sync_playwright
@@ -286,7 +290,7 @@ def browser(sender: subprocess.Popen[str]) -> tuple[np.ndarray, str]:
         opened = playwright.chromium.launch(executable_path=find_browser(), args=["--no-sandbox"])
         view = opened.new_context(bypass_csp=True).new_page()
         view.add_init_script(keep)
-        view.goto(f"http://127.0.0.1:{PORT}/")
+        view.goto(f"http://127.0.0.1:{PORT}/?key={key}")
         while sender.poll() is None:
             time.sleep(1.0)
             rows += view.evaluate("window.kept.splice(0)")

@@ -321,8 +321,8 @@ def test_ctrl_c_saves_and_answers(log: Path, tmp_path: Path) -> None:
     out, err = process.communicate(timeout=20)
     assert process.returncode == 0, err
     ending, finished = err.splitlines()
-    assert ending == "oncenter: ending, saving the learned state"
-    assert re.fullmatch(r"oncenter: finished at \d\d:\d\d:\d\d after .* of driving: final result\.", finished)
+    assert ending == "oncenter: the session ends"
+    assert re.fullmatch(r"oncenter: finished at \d\d:\d\d:\d\d after .* of signals: final result\.", finished)
     assert out.split(":")[0] in ("Undecided", "Within the limit", "Recalibrate")
     assert sorted(p.name for p in (tmp_path / "state").iterdir()) == ["vin%207.state"]
     assert pl.read_parquet(trace).height > 100

@@ -1,21 +1,42 @@
-"""The requests that are let in: of a browser of this machine that has the key, from the page itself."""
+"""Guards the app and the live page: requests need the key, and come by this server's name from the page itself.
+
+A page of another site must read and do nothing here, not even under a name that resolves to this address (DNS
+rebinding) or by a link with this user's cookie.
+"""
 
 from __future__ import annotations
 
+import asyncio
+import errno
+import ipaddress
+import logging
 import secrets
+import socket
 from collections.abc import Mapping
-from http.cookies import CookieError
+from typing import Any
+from urllib.parse import urlsplit
 
-from tornado.web import HTTPError, RequestHandler
+from tornado.http1connection import HTTP1Connection
+from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPServerRequest
+from tornado.iostream import IOStream
+from tornado.netutil import bind_sockets
+from tornado.web import Application, HTTPError, RequestHandler
 
-from oncenter.errors import OncenterError
+from oncenter.app.texts import ENGLISH
+from oncenter.errors import WRONG_USAGE, OncenterError
 
-BODY_BYTES_MAX = 1 << 16  # of a request without a log
-_UNTRUSTED = "open the page by the address that oncenter app printed: it contains a key"
+CONNECTIONS_MAX = 256  # open ones; a browser keeps six
+REQUEST_S = 10.0  # for a request's header, and for its body; an unfinished one is closed
+REQUEST_BYTES_MAX = 1 << 16  # of a request without a log
+REFUSAL_S = 0.5  # delay of a refusal: those without the key get at most 512 answers a second
+# Scripts and styles of this server alone; the page is in no frame.
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; connect-src 'self'; "
+    "form-action 'none'; base-uri 'none'; frame-ancestors 'none'"
+)
+POLICY_OF_CHARTS = POLICY.replace("style-src 'self'", "style-src 'self' 'unsafe-inline'")  # BokehJS writes styles
 _HEADERS: Mapping[str, str] = {
-    # Scripts and styles of this server alone; the page is in no frame, and no other page may read from here.
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
-    "connect-src 'self'; form-action 'none'; base-uri 'none'; frame-ancestors 'none'",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cache-Control": "no-store",
@@ -25,44 +46,175 @@ _HEADERS: Mapping[str, str] = {
 }
 
 
+def new_key() -> str:
+    return secrets.token_urlsafe(12)
+
+
+def bound(address: str, port: int) -> list[socket.socket]:
+    """Listening sockets.
+
+    Args:
+        address: a name or address of this machine; "0.0.0.0" or "::" for all.
+        port: 0 for any free port.
+
+    Raises:
+        OncenterError: "web", exit code 2: the page cannot be served there.
+    """
+    try:
+        return bind_sockets(port, address or None)
+    except (OSError, OverflowError, UnicodeError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        number = getattr(error, "errno", None)
+        is_of_address = isinstance(error, (socket.gaierror, UnicodeError)) or number == errno.EADDRNOTAVAIL
+        wrong = "--address, of this machine" if is_of_address else "--port"
+        raise OncenterError(
+            f"cannot serve a page at {address}:{port}: {reason}; name another {wrong}",
+            code="web",
+            exit_code=WRONG_USAGE,
+        ) from None
+
+
+def url_of(address: str, port: int, key: str) -> str:
+    """The page's address for its user, with the key."""
+    host = socket.gethostname() if names_of(address) is None else f"[{address}]" if ":" in address else address
+    return f"http://{host}:{port}/?key={key}"
+
+
+def names_of(address: str) -> frozenset[str] | None:
+    """The host names accepted for a server at the address; None for all of the machine's."""
+    try:
+        given = ipaddress.ip_address(address)
+    except ValueError:
+        return frozenset({address.lower(), *(("127.0.0.1", "::1") if address.lower() == "localhost" else ())})
+    if given.is_unspecified:
+        return None
+    return frozenset({str(given), *(("localhost",) if given.is_loopback else ())})
+
+
+class Server(HTTPServer):
+    """A connection beyond the limit takes the place of the oldest one that does not hold its place."""
+
+    _streams: tuple[IOStream, ...] = ()
+
+    def handle_stream(self, stream: IOStream, address: tuple[Any, ...]) -> None:
+        assert isinstance(self.request_callback, Application)
+        held = self.request_callback.settings["held"]
+        self._streams = (*(own for own in self._streams if not own.closed()), stream)
+        if len(self._streams) > CONNECTIONS_MAX:
+            next(own for own in self._streams if own not in held).close()
+        super().handle_stream(stream, address)
+
+
+def server(handlers: list[Any], address: str, key: str, policy: str = POLICY) -> Server:
+    """
+    Args:
+        handlers: rows of tornado's Application, each a Guarded.
+        address: at which it is served.
+    """
+    logging.getLogger("tornado").setLevel(logging.CRITICAL)  # a browser that leaves is no error
+    application = Application(
+        handlers,
+        default_handler_class=_Nothing,
+        log_function=lambda _: None,
+        names=names_of(address),
+        key=key,
+        policy=policy,
+        held=set(),
+    )
+    return Server(
+        application,
+        idle_connection_timeout=REQUEST_S,
+        body_timeout=REQUEST_S,
+        max_header_size=1 << 14,
+        max_body_size=REQUEST_BYTES_MAX,
+    )
+
+
 class Guarded(RequestHandler):
-    """A handler whose requests come from this user's page. A refused one is a status with one line of JSON."""
+    """Checks each request first. A refused one is a status with one line: text for a person, JSON for the page."""
+
+    _held: IOStream | None = None
 
     def set_default_headers(self) -> None:
-        for name, value in _HEADERS.items():
+        for name, value in {"Content-Security-Policy": self.settings["policy"], **_HEADERS}.items():
             self.set_header(name, value)
 
-    def prepare(self) -> None:
-        """Another name for this machine would let a foreign page read from here (DNS rebinding); a foreign page may
-        send a request with our cookie, but not with our origin.
+    async def prepare(self) -> None:
+        """The key of the address becomes a cookie, and leaves the address.
 
         Raises:
-            HTTPError: 403.
+            HTTPError: 403: the request is refused.
         """
-        port = self.settings["port"]
-        if self.request.host not in (f"127.0.0.1:{port}", f"localhost:{port}"):
-            raise HTTPError(403, reason="not a name of this page")
-        if not self._has_token():
-            raise HTTPError(403, reason=_UNTRUSTED)
-        origin = self.request.headers.get("Origin")
-        if self.request.method not in ("GET", "HEAD") and origin != f"http://{self.request.host}":
-            raise HTTPError(403, reason="a request of another page")
+        if not is_of_page(self.request, self.settings["names"]):
+            await self._refused("other_page")
+        cookie = f"oncenter-{self.stream().socket.getsockname()[1]}"  # two pages on two ports share their cookies
+        if self._is_key(self.get_query_argument("key", "")):
+            self.set_cookie(cookie, self.settings["key"], httponly=True, samesite="Lax", path="/")
+            self.redirect("/")
+            return
+        if not self._is_key(self.get_cookie(cookie, "")):
+            await self._refused("needs_key")
 
-    def _has_token(self) -> bool:
-        try:
-            given = self.get_cookie(cookie_name(self.settings["port"]), "") or ""
-        except CookieError:
-            return False
-        return secrets.compare_digest(given.encode(), self.settings["token"].encode())
+    def _is_key(self, given: str) -> bool:
+        return secrets.compare_digest(given.encode(), self.settings["key"].encode())
+
+    async def _refused(self, text: str) -> None:
+        await asyncio.sleep(REFUSAL_S)
+        raise HTTPError(403, reason=ENGLISH[text])
+
+    def stream(self) -> IOStream:
+        connection = self.request.connection
+        assert isinstance(connection, HTTP1Connection)  # the only one of tornado's server
+        return connection.stream
+
+    def hold(self) -> None:
+        """Its connection keeps its place until the request has ended."""
+        self._held = self.stream()
+        self.settings["held"].add(self._held)
+
+    def on_finish(self) -> None:
+        self.settings["held"].discard(self._held)
+
+    def on_connection_close(self) -> None:
+        self.settings["held"].discard(self._held)
 
     def refuse(self, error: OncenterError) -> None:
         self.set_status(400)
         self.finish({"code": error.code, "message": str(error), "needs": error.needs})
 
     def write_error(self, status_code: int, **_: object) -> None:
-        self.finish({"code": "page", "message": self._reason, "needs": []})
+        if "text/html" in self.request.headers.get("Accept", ""):
+            self.set_header("Content-Type", "text/plain; charset=utf-8")
+            self.finish(f"oncenter: {self._reason}\n")
+        else:
+            self.finish({"code": "page", "message": self._reason, "needs": []})
 
 
-def cookie_name(port: int) -> str:
-    """Two pages on two ports share their cookies."""
-    return f"oncenter-{port}"
+class _Nothing(Guarded):
+    async def prepare(self) -> None:
+        await super().prepare()
+        raise HTTPError(404, reason=ENGLISH["nothing"])
+
+
+def is_of_page(request: HTTPServerRequest, names: frozenset[str] | None) -> bool:
+    """Whether `Host` is one of the names (if None, the address of the connection) with this port, and `Origin` is the
+    same; a request that only reads may have none."""
+    headers = request.headers
+    if headers.get("Sec-Fetch-Site") == "cross-site" and headers.get("Sec-Fetch-Dest") != "document":
+        return False  # a frame, image or script in another site's page; a link from there is harmless
+    host = headers.get_list("Host")
+    origin = headers.get_list("Origin")
+    stream = getattr(request.connection, "stream", None)
+    if len(host) != 1 or stream is None or stream.socket is None:
+        return False
+    own_address, own_port = stream.socket.getsockname()[:2]
+    try:
+        requested = urlsplit(f"//{host[0]}")
+        name, port = requested.hostname, requested.port or 80
+    except ValueError:
+        return False
+    own = own_address.split("%")[0].removeprefix("::ffff:")
+    if name not in (names if names is not None else {own, socket.gethostname().lower()}) or port != own_port:
+        return False
+    same = [f"http://{host[0].lower()}"]
+    return [each.lower() for each in origin] == same or (not origin and request.method in ("GET", "HEAD"))

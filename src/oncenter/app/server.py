@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
-import secrets
+import socket
 import sys
 from collections.abc import Callable, Mapping
 from importlib.resources import files
@@ -14,34 +14,32 @@ from typing import Any
 from jinja2 import Environment
 from markupsafe import Markup
 from tornado.http1connection import HTTP1Connection
-from tornado.httpserver import HTTPServer
-from tornado.netutil import bind_sockets
-from tornado.web import Application, HTTPError, stream_request_body
+from tornado.web import HTTPError, stream_request_body
 
 from oncenter.app.answers import Answers
 from oncenter.app.csv_table import csv_of
 from oncenter.app.fields import NUMBERS, number, read_back
-from oncenter.app.guard import BODY_BYTES_MAX, Guarded, cookie_name
+from oncenter.app.guard import Guarded, Server, bound, new_key, server, url_of
 from oncenter.app.network import Network, network_entries, network_shown
 from oncenter.app.texts import ENGLISH
 from oncenter.app.trucks import OWN, Trucks
 from oncenter.app.uploads import Upload, Uploads
-from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.errors import OncenterError
 from oncenter.files.log_formats import DATABASES, SUFFIXES
 from oncenter.report.browser import find_browser, pdf_of, require_browser
 from oncenter.report.canvas import COLOURS
 from oncenter.vehicle_keys import KEYS
 from oncenter.verdict.states import STATES, style
 
-_HEADERS_S, _BODY_S = 10.0, 30.0  # for a request without a log: an unfinished one ends
-_LOG_S = 86_400.0  # for a log
+_ADDRESS = "127.0.0.1"
+_LOG_S = 86_400.0  # for a log to come
 _CHOICES = {  # of the form, by field; the first is chosen
     "axle_layout": {"": ENGLISH["not_known"], **{axles: axles for axles in KEYS["axle_layout"].choices}},
     "traffic_side": {side: ENGLISH[side] for side in KEYS["traffic_side"].choices},
 }
 _UNITS = {"wheelbase_m": "m", "limit": "deg", "applied": "deg"}  # in which a number without unit is
-# A report has scripts of its own, so it gets an origin of its own; its policy stands in it and lets nothing be loaded.
 _PRINT = b'<script>addEventListener("load", () => setTimeout(print, 1000))</script>'  # once the pictures are drawn
+# A report has scripts of its own, so it gets an origin of its own; its policy stands in it and lets nothing be loaded.
 _OF_REPORT = "sandbox allow-scripts allow-modals allow-downloads"
 
 
@@ -56,42 +54,30 @@ def serve(folder: Path, port: int, opened: Callable[[str], None]) -> None:
     Raises:
         OncenterError: "web", exit code 2: the port cannot be used.
     """
-    try:
-        sockets = bind_sockets(port, "127.0.0.1")
-    except (OSError, OverflowError) as error:
-        reason = getattr(error, "strerror", None) or str(error)
-        raise OncenterError(
-            f"cannot serve a page at port {port}: {reason}; name another --port", code="web", exit_code=WRONG_USAGE
-        ) from None
+    sockets = bound(_ADDRESS, port)
     with Uploads() as uploads, Answers() as answers:
         asyncio.run(_serve(sockets, Trucks(folder), uploads, answers, opened))
 
 
 async def _serve(
-    sockets: Any, trucks: Trucks, uploads: Uploads, answers: Answers, opened: Callable[[str], None]
+    sockets: list[socket.socket], trucks: Trucks, uploads: Uploads, answers: Answers, opened: Callable[[str], None]
 ) -> None:
-    port, token = sockets[0].getsockname()[1], secrets.token_urlsafe(24)
-    server = HTTPServer(
-        application(port, token, trucks, uploads, answers),
-        max_body_size=BODY_BYTES_MAX,
-        max_header_size=1 << 14,
-        idle_connection_timeout=_HEADERS_S,
-        body_timeout=_BODY_S,
-    )
-    server.add_sockets(sockets)
-    opened(f"http://127.0.0.1:{port}/?key={token}")
+    key = new_key()
+    _server(key, trucks, uploads, answers).add_sockets(sockets)
+    opened(url_of(_ADDRESS, sockets[0].getsockname()[1], key))
     await asyncio.Event().wait()
 
 
-def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers: Answers) -> Application:
+def _server(key: str, trucks: Trucks, uploads: Uploads, answers: Answers) -> Server:
     places = {"trucks": trucks, "uploads": uploads, "answers": answers}
-    return Application(
+    of_truck = {"trucks": trucks, "uploads": uploads, "reading": asyncio.Lock()}
+    return server(
         [
             (r"/", _Page, {"trucks": trucks}),
             (r"/(app|drives|fields|offers|signals)\.(css|js)", _Asset),
             (r"/fields", _Fields),
-            (r"/trucks", _Trucks, {"trucks": trucks, "uploads": uploads}),
-            (r"/signals", _Signals, {"trucks": trucks, "uploads": uploads}),
+            (r"/trucks", _Trucks, of_truck),
+            (r"/signals", _Signals, of_truck),
             (r"/logs", _Logs, {"uploads": uploads}),
             (r"/logs/([\w-]+)", _Log, {"uploads": uploads}),
             (r"/answers", _Answers, places),
@@ -104,33 +90,14 @@ def application(port: int, token: str, trucks: Trucks, uploads: Uploads, answers
             (r"/answers/([\w-]+)/csv", _Table, {"answers": answers}),
             (r"/explanations/([a-z_0-9]+)", _Explanation),
         ],
-        default_handler_class=_Nothing,
-        port=port,
-        token=token,
-        reading=asyncio.Lock(),
-        log_function=lambda _: None,
+        _ADDRESS,
+        key,
     )
-
-
-class _Nothing(Guarded):
-    def prepare(self) -> None:
-        super().prepare()
-        raise HTTPError(404, reason="nothing is here")
 
 
 class _Page(Guarded):
     def initialize(self, trucks: Trucks) -> None:
         self._trucks = trucks
-
-    def prepare(self) -> None:
-        """The key of the address becomes a cookie, and leaves the address."""
-        key = self.get_query_argument("key", "")
-        token, port = self.settings["token"], self.settings["port"]
-        if key and secrets.compare_digest(key.encode(), token.encode()):
-            self.set_cookie(cookie_name(port), token, httponly=True, samesite="Strict", path="/")
-            self.redirect("/")
-            return
-        super().prepare()
 
     def get(self) -> None:
         template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(_file("page.html"))
@@ -172,8 +139,8 @@ class _Fields(Guarded):
 class _OfTruck(Guarded):
     """A handler about a truck that is new, or whose file the request names, and the files that were dropped for it."""
 
-    def initialize(self, trucks: Trucks, uploads: Uploads) -> None:
-        self._trucks, self._uploads = trucks, uploads
+    def initialize(self, trucks: Trucks, uploads: Uploads, reading: asyncio.Lock) -> None:
+        self._trucks, self._uploads, self._reading = trucks, uploads, reading
 
     def _dropped(self, asked: Mapping[str, Any]) -> tuple[list[Path], Path | None]:
         """The databases, and the first log."""
@@ -189,7 +156,7 @@ class _Signals(_OfTruck):
     async def post(self) -> None:
         asked = _asked(self)
         try:  # in a thread: a log is read; one after the other
-            async with self.settings["reading"]:
+            async with self._reading:
                 self.finish(await asyncio.to_thread(self._rows, asked))
         except OncenterError as error:
             self.refuse(error)
@@ -237,8 +204,8 @@ class _Log(Guarded):
         self._uploads = uploads
         self._coming: Upload | None = None
 
-    def prepare(self) -> None:
-        super().prepare()
+    async def prepare(self) -> None:
+        await super().prepare()
         if self.request.method == "PUT":
             upload = self._uploads.of(self.path_args[0])
             if upload is None or upload.written or self.request.headers.get("Content-Length") != str(upload.size):
@@ -247,6 +214,7 @@ class _Log(Guarded):
             assert isinstance(connection, HTTP1Connection)  # as tornado's guide to streamed bodies has it
             connection.set_max_body_size(upload.size)
             connection.set_body_timeout(_LOG_S)
+            self.hold()
             self._coming = upload
 
     def data_received(self, chunk: bytes) -> None:
@@ -265,6 +233,7 @@ class _Log(Guarded):
         self.finish({})
 
     def on_connection_close(self) -> None:
+        super().on_connection_close()
         if self._coming is not None:
             self._uploads.remove(self.path_args[0])
 

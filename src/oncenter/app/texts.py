@@ -1,4 +1,7 @@
-"""All texts of the page: a translation is one more table."""
+"""All texts of the app and of the live page: a translation is one more file like this.
+
+The words of verdicts, findings and causes come with the answer, the same on every page and in every table.
+"""
 
 from __future__ import annotations
 
@@ -170,4 +173,110 @@ ENGLISH: Mapping[str, str] = {
     "signals_hint": "Names of signals differ from network to network. For a truck of yours, open “Check the signals of "
     "this truck”. Else open “Another truck”, and choose the database of its network.",
     "local": "Everything stays on this computer: no log and no answer leaves it.",
+    # A request that is refused, here and on the live page.
+    "needs_key": "open the page by the address that oncenter printed: it contains a key",
+    "other_page": "this host name or this site is not allowed here",
+    "nothing": "nothing is here",
+}
+
+LIVE: Mapping[str, str] = {
+    "title": "{}: straight-ahead offset, live",
+    "heading": "Straight-ahead offset of the steering wheel angle",
+    "lost": "No news from oncenter since {time}: the last values are shown. The page tries again by itself.",
+    "other_session": "Another session of oncenter is at this address: open the page by the address that it printed.",
+    "viewers": "the limit of {} viewers is reached: try again later",
+    "deg": "deg",
+    "km_h": "km/h",
+    "no_offset": "no offset so far",
+    "of_drive": "{of_drive} deg from the driving",
+    "beside": "{whole} deg with {beside}, which one drive cannot separate from the offset",
+    # When the session has ended.
+    "finished": "finished at {} after {} of signals: {}.",
+    "final_result": "final result",
+    "no_result": "no result",
+    # Whether the driving at this time is used.
+    "used_now": "this driving is used",
+    "not_used": "not used: {}",
+    "listening": "listening: no driving is used so far",
+    "paused": "the estimate is paused",
+    "silent": "no frames on the bus",
+    "ended": "finished",
+    "missing_signal": "a signal is not available",
+    "time": "time does not increase",
+    "gap": "first sample after a gap",
+    "settling": "filters are settling",
+    "speed": "too slow",
+    "curvature": "bend too tight",
+    "longitudinal_acceleration": "braking or accelerating",
+    "bank": "kerb or sudden road bank",
+    "lateral_acceleration": "lateral acceleration too high",
+    "yaw_rate_bias": "yaw rate bias is changing",
+    "window": "usable driving too short so far",
+    "signal_fault": "a signal is not what its name says",
+    "fault": "Fault of the angle sensor: {}",
+    # The driving that is still needed.
+    "needed": "Driving still needed",
+    "nothing_needed": "None: you can stop.",
+    "nothing_needed_at_end": "None.",
+    "senders": "listening for the senders and their rates: 5 to 10 s from the first frame",
+    "more_above": "{} more above {:.0f} km/h",
+    "bends_to_left": "{} s of bends to the left",
+    "bends_to_right": "{} s of bends to the right",
+    "wide": "bends to both sides: the interval of the offset is still too wide",
+    "steady_speed": "bends to both sides, at a steady speed",
+    "without_fault": "signals without a fault: see the findings",
+    "changing": "more driving: the verdict is changing",
+    "limit_inside": "bends to both sides: the limit is inside the interval of the offset",
+    "left_bends": "left-hand bends",
+    "right_bends": "right-hand bends",
+    # The steering wheel now.
+    "wheel": "Steering wheel",
+    "wheel_drawn": "steering wheel at the corrected angle, or in grey at the measured one",
+    "measured": "measured",
+    "corrected": "corrected",
+    "estimated": "estimated",
+    "speed_now": "speed",
+    "scale_drawn": "measured, corrected and estimated angle on a ruler from left to right",
+    "left": "left",
+    "right": "right",
+    # The figures.
+    "course": "Straight-ahead offset over time",
+    "course_key": "estimate at that time; inner band: 95 % interval from the driving, outer band: with pull and "
+    "crosswind",
+    "course_x": "time with signals (min)",
+    "course_y": "offset (deg)",
+    "strip": "Used and rejected driving",
+    "strip_used": "used",
+    "strip_rejected": "rejected, one row per reason",
+    "strip_x": "s before the newest sample",
+    "flanks": "The two flanks of the free play",
+    "flanks_about": "Lateral force in a left-hand bend loads the left flank of the free play, in a right-hand bend the "
+    "right flank. The distance between the two lines is the free play.",
+    "left_flank": "left flank",
+    "right_flank": "right flank",
+    "between": "between",
+    "estimated_flanks": "estimated flanks",
+    "offset": "offset",
+    "flanks_x": "lateral acceleration, left positive (m/s²)",
+    "flanks_y": "residual (deg)",
+    # Beside the offset.
+    "quantities": "Other quantities",
+    "backlash": "free play",
+    "gyro_bias": "yaw rate bias",
+    "understeer_gradient": "understeer gradient",
+    "unloading_acceleration": "neutral lateral acceleration",
+    "not_identified": "not identified so far",
+    "at_wheel": "{} at the steering wheel",
+    "findings": "Findings",
+    "no_findings": "No findings so far.",
+    # The frames.
+    "traffic": "{}; {} of signals",
+    "rate": "{:.0f} frames/s, ",
+    "frames": "{} in all",
+    "frames_lost": "Frames {}",
+    "lost_frames": "lost: {}",
+    "at_interface": "{} before oncenter received them",
+    "in_queue": "{} in oncenter's queue",
+    "in_recording": "{} not recorded",
+    "discarded": "discarded: {} that are no CAN frames",
 }

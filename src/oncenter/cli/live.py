@@ -119,7 +119,7 @@ def live(
             from oncenter.offset.inputs import params_of
 
             page = opened.enter_context(Page(session, params_of(vehicle, None), address, port, notices.say))
-            notices.say(f"the page is at {page.url}")
+            typer.echo(f"oncenter: the page is at {page.url}", err=True)  # no notice, since the page shows those
         _watch(session, vehicle)
     answer = _answer(session, stream, needed(vehicle))
     typer.echo(answer.to_json(schema) if json else as_table(answer))
@@ -231,7 +231,7 @@ def _ended_by_signals(session: Session) -> Iterator[None]:
     """Ctrl-C and SIGTERM end a session without loss; a second Ctrl-C interrupts the ending."""
 
     def end(number: int, frame: FrameType | None) -> None:
-        print("oncenter: ending, saving the learned state", file=sys.stderr)
+        print("oncenter: the session ends", file=sys.stderr)
         session.stop()
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -1,8 +1,10 @@
 // Shows the newest state of the session: words and marks here, the figures are BokehJS's.
 const at = (id) => document.getElementById(id);
+const texts = JSON.parse(at("texts").textContent);
+const filled = (text, given) => text.replace(/\{(\w+)\}/g, (_, name) => given[name]);
 const SVG = "http://www.w3.org/2000/svg";
 const SCALES_DEG = [10, 30, 90, 270, 900], HALF_PX = 100, KEEP_WIDE_MS = 3000, OFF_DEG = 30;
-let newest = 0, finished = false, scale = 0, neededMs = 0;
+let newest = Date.now(), events = null, finished = false, scale = 0, neededMs = 0;
 
 const svg = (name, attributes, parent, text) => {
   const made = document.createElementNS(SVG, name);
@@ -27,7 +29,7 @@ const ruler = ({measured, corrected, estimated}) => {
     const x = -HALF_PX * tenth / 10;
     svg("line", {x1: x, x2: x, y1: 0, y2: tenth % 5 ? 12 : 24, class: tenth ? "" : "zero"}, drawn);
     if (tenth % 5) continue;
-    const [side, anchor, at] = tenth === 10 ? [" left", "start", -110] : tenth === -10 ? [" right", "end", 110] : ["", "middle", x];
+    const [side, anchor, at] = tenth === 10 ? [` ${texts.left}`, "start", -110] : tenth === -10 ? [` ${texts.right}`, "end", 110] : ["", "middle", x];
     svg("text", {x: at, y: 37, "text-anchor": anchor}, drawn, Math.abs(scale * tenth / 10) + side);
   }
 };
@@ -67,19 +69,19 @@ const show = (now) => {
   put("bus", now.bus);
   put("offset-value", now.offset.value);
   at("offset").className = `offset ${now.offset.of_drive ? now.offset.status : "none"}`;
-  put("offset-unit", now.offset.but ? `deg, ${now.offset.but}` : "deg");
+  put("offset-unit", now.offset.but ? `${texts.deg}, ${now.offset.but}` : texts.deg);
   at("offset-unit").hidden = !now.offset.of_drive;
-  put("interval", now.offset.of_drive ? `${now.offset.of_drive} deg from this drive` : "no offset yet");
-  put("beside", now.offset.beside ? `${now.offset.whole} deg with ${now.offset.beside}, which one drive cannot separate from the offset` : "");
+  put("interval", now.offset.of_drive ? filled(texts.of_drive, now.offset) : texts.no_offset);
+  put("beside", now.offset.beside ? filled(texts.beside, now.offset) : "");
   at("beside").hidden = !now.offset.beside;
   put("status", now.offset.status);
   at("status").hidden = now.offset.status === "unobservable";
   at("status").className = `status ${now.offset.status}`;
   put("gate", capital(now.gate.why));
   at("gate").classList.toggle("counts", now.gate.counts);
-  put("fault", now.fault ? `Fault of the angle sensor: ${now.fault}` : "");
+  put("fault", now.fault);
   at("fault").hidden = !now.fault;
-  put("losses", now.losses ? `Frames ${now.losses}` : "");
+  put("losses", now.losses);
   at("losses").hidden = !now.losses;
   ruler(now.angles);
   for (const [name, value] of Object.entries(now.angles)) {
@@ -88,7 +90,7 @@ const show = (now) => {
     if (value !== null) at(`mark-${name}`).setAttribute("transform", `translate(${px(value)} 0)`);
   }
   const half = now.estimated_half_width;
-  put("estimated-unit", half === null ? "deg" : `± ${half.toFixed(1)} deg`);
+  put("estimated-unit", half === null ? texts.deg : `± ${half.toFixed(1)} ${texts.deg}`);
   const [left, right] = half === null ? [0, 0] : [px(now.angles.estimated + half), px(now.angles.estimated - half)];
   at("band-estimated").setAttribute("x", left);
   at("band-estimated").setAttribute("width", right - left);
@@ -100,7 +102,7 @@ const show = (now) => {
     at(`flank-${side}`).style.width = `${100 * share}%`;
     put(`flank-${side}-share`, `${Math.round(100 * share)} %`);
   }
-  const needed = now.missing.length ? now.missing : [finished ? "None." : "None: you can stop."];
+  const needed = now.missing.length ? now.missing : [finished ? texts.nothing_needed_at_end : texts.nothing_needed];
   list("missing", needed, (line) => element("li", capital(line), now.missing.length ? "" : "done"));
   list("quantities", Object.entries(now.quantities), ([name, text]) => {
     const row = document.createElement("tr");
@@ -129,7 +131,7 @@ const redraw = (picture) => {
 const follow = async () => {
   for (const figure of JSON.parse(at("figures").textContent)) await Bokeh.embed.embed_item(figure);
   restyle();
-  const events = new EventSource("events");
+  events = new EventSource("events");
   events.onmessage = ({data}) => show(JSON.parse(data));
   events.addEventListener("picture", ({data}) => redraw(JSON.parse(data)));
   events.onerror = () => events.close(); // the page asks below whether the server is back
@@ -138,11 +140,14 @@ follow();
 
 // Without a new state for a while, unless the session has ended: the page says so, and reloads when the server is back.
 setInterval(async () => {
-  const lost = !finished && newest > 0 && Date.now() - newest > 2500;
+  const lost = !finished && Date.now() - newest > 2500;
   at("lost").hidden = !lost;
   if (!lost) return;
-  put("lost", `Connection to oncenter lost at ${new Date(newest).toLocaleTimeString("sv-SE")}: the last values are shown. The page reconnects by itself.`);
+  let status = 0; // no server
   try {
-    if ((await fetch(location.href, {cache: "no-store"})).ok) location.reload();
+    ({status} = await fetch(location.href, {cache: "no-store"}));
   } catch { /* not yet */ }
+  const isCut = events?.readyState === EventSource.CLOSED || Date.now() - newest > 10000; // a slow one is not cut
+  if (status === 200 && isCut) location.reload();
+  put("lost", status === 403 ? texts.other_session : filled(texts.lost, {time: new Date(newest).toLocaleTimeString("sv-SE")}));
 }, 1000);

@@ -18,6 +18,7 @@ from bokeh.embed import json_item
 from bokeh.resources import Resources
 from jinja2 import Environment
 
+from oncenter.app.texts import LIVE
 from oncenter.live import words
 from oncenter.live.pictures import Pictures
 from oncenter.live.snapshot import Snapshot
@@ -121,8 +122,9 @@ def rendered(news: News) -> dict[str, tuple[str, str]]:
         for kind in ("css", "js")
     )
     library = "\n".join(Resources(mode="inline", minified=True, components=["bokeh"]).js_raw)
+    title = LIVE["title"].format(news.snapshot.truck)
     return {
-        "/": ("text/html", template.render(truck=news.snapshot.truck, figures=figures)),
+        "/": ("text/html", template.render(texts=LIVE, title=title, figures=figures)),
         "/page.css": ("text/css", f":root{{{colours}}}\n{states_style()}{css}"),
         "/page.js": ("text/javascript", script),
         "/bokeh.js": ("text/javascript", library),
@@ -133,7 +135,7 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
     """The state for the page's script: words and degrees, null where not available."""
     offset = words.offset(now)
     counts, why = words.gate(now)
-    angles = now.angles
+    angles, lost = now.angles, words.losses(now.dropped)
     answer = now.known.answer
     state: dict[str, Any] = {
         "number": now.number,
@@ -155,8 +157,8 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
         "flanks": {side: words.loaded_share(now, side) for side in ("left", "right")},
         "missing": words.still_missing(now, params),
         "quantities": words.quantities(now),
-        "losses": words.losses(now.dropped),
-        "fault": "" if now.fault == "none" else now.fault.replace("_", " "),
+        "losses": lost and LIVE["frames_lost"].format(lost),
+        "fault": "" if now.fault == "none" else LIVE["fault"].format(now.fault.replace("_", " ")),
         "findings": [
             {"severity": finding.severity, "text": words.sentence(finding.text)}
             for finding in (answer.findings if answer is not None else ())
@@ -165,7 +167,7 @@ def as_json(now: Snapshot, params: Mapping[str, float]) -> str:
             f"{time.strftime('%H:%M:%S', time.localtime(notice.time_s))} {notice.text}"
             for notice in now.notices[-_NOTICES_SHOWN:]
         ],
-        "traffic": f"{words.bus(now)}; driven {words.duration(now.driven_s)}",
+        "traffic": LIVE["traffic"].format(words.bus(now), words.duration(now.driven_s)),
     }
     return json.dumps(state, allow_nan=False)
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 from bokeh.models import ColumnDataSource, FactorRange, Range1d, Span
 from bokeh.plotting import figure
 
+from oncenter.app.texts import LIVE
 from oncenter.live.history import STRIP_S
 from oncenter.live.snapshot import Snapshot
 from oncenter.report.canvas import COLOURS, plain
@@ -18,7 +19,7 @@ from oncenter.signals import DEGREE
 
 _ON_A_FLANK = 0.5  # of half the play, from its middle; as in the report
 _ROW_PX, _AXES_PX = 20, 62
-_USED = "used"
+_USED = LIVE["strip_used"]
 # what changes in a figure, in the order in which the page sets it: a bar needs its row
 _CHANGING = {
     FactorRange: ("factors",),
@@ -70,8 +71,8 @@ class _Course:
 
     def __init__(self) -> None:
         self.figure = plain(240, "", name="course", x_range=Range1d(0.0, 1.0), y_range=Range1d(-5.0, 5.0))
-        self.figure.xaxis.axis_label = "driving time (min)"
-        self.figure.yaxis.axis_label = "offset (deg)"
+        self.figure.xaxis.axis_label = LIVE["course_x"]
+        self.figure.yaxis.axis_label = LIVE["course_y"]
         self._source = ColumnDataSource(
             data={name: [] for name in ("x", "offset", "low", "high", "inner_low", "inner_high")}
         )
@@ -105,7 +106,7 @@ class _Strip:
             x_range=Range1d(-float(STRIP_S), 0.0),
             y_range=FactorRange(_USED, range_padding=0.08),
         )
-        self.figure.xaxis.axis_label = "s ago"
+        self.figure.xaxis.axis_label = LIVE["strip_x"]
         self.figure.ygrid.grid_line_color = None
         self.figure.yaxis.major_tick_line_color = None
         self._source = ColumnDataSource(data={"left": [], "right": [], "row": [], "share": [], "colour": []})
@@ -154,8 +155,8 @@ class _Flanks:
 
     def __init__(self) -> None:
         self.figure = plain(300, "", name="flanks", x_range=Range1d(-1.5, 1.5), y_range=Range1d(-5.0, 5.0))
-        self.figure.xaxis.axis_label = "lateral acceleration, left positive (m/s²)"
-        self.figure.yaxis.axis_label = "residual (deg)"
+        self.figure.xaxis.axis_label = LIVE["flanks_x"]
+        self.figure.yaxis.axis_label = LIVE["flanks_y"]
         self._cloud = ColumnDataSource(data={"x": [], "y": [], "colour": []})
         self._lines = ColumnDataSource(data={"x": [], "upper": [], "lower": []})
         self.figure.scatter("x", "y", source=self._cloud, size=4, fill_color="colour", fill_alpha=0.6, line_color=None)

@@ -146,7 +146,8 @@ class Session(threading.Thread):
         paused = self._learner.stream.paused
         before, self._reported_paused = self._reported_paused, "" if paused is None else str(paused)
         if self._reported_paused and not before:
-            self._notices.say(f"the estimate is paused, recording continues: {paused}")
+            recorded = "" if self._recorder is None else ", recording continues"
+            self._notices.say(f"the estimate is paused{recorded}: {paused}")
         if before and not self._reported_paused:
             self._notices.say("the estimate continues")
 
@@ -241,7 +242,7 @@ class Session(threading.Thread):
 
     def _reasons(self) -> tuple[str, ...]:
         if self._learner.last is None:
-            return ()
+            return ("missing_signal",)
         bits = int(self._learner.last.outputs[-1]["reasons"])
         return _core.reasons_of(bits)
 

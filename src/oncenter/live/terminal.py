@@ -7,6 +7,7 @@ import time
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, TextIO
 
+from oncenter.app.texts import LIVE
 from oncenter.files.file_name import printable
 from oncenter.live import words
 from oncenter.live.snapshot import Notice, Snapshot
@@ -86,7 +87,7 @@ def _offset(given: words.Offset) -> str:
         return f"no straight-ahead offset yet ({given.status})"
     begin = f"{given.status}, {given.but}: " if given.but else ""
     end = "" if given.but else f" ({given.status})"
-    text = f"straight-ahead offset {begin}{given.value} deg {given.of_drive} from this drive{end}"
+    text = f"straight-ahead offset {begin}{given.value} deg {given.of_drive} from the driving{end}"
     return f"{text}, {given.whole} with {given.beside}" if given.beside else text
 
 
@@ -108,7 +109,7 @@ def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
         rows.add_row("verdict", Text(text, style=f"bold {colour_of(now.verdict.state)}"))
     value = f"{offset.value} deg, {offset.but}" if offset.but else f"{offset.value} deg"
     standing = Text(value, style="dim" if offset.but else "bold")
-    standing.append(f"  {offset.of_drive} from this drive" if offset.of_drive else "", style="blue")
+    standing.append(f"  {offset.of_drive} from the driving" if offset.of_drive else "", style="blue")
     standing.append(f"  {offset.status}", style=_STYLES[offset.status])
     rows.add_row("straight-ahead offset", standing)
     if offset.beside:
@@ -135,5 +136,5 @@ def panel(now: Snapshot, params: Mapping[str, float]) -> Panel:
             finding.severity,
             Text(words.sentence(finding.text), style="yellow" if finding.severity == "warning" else ""),
         )
-    rows.add_row("bus", Text(f"{words.bus(now)}; driven {words.duration(now.driven_s)}", style="dim"))
+    rows.add_row("bus", Text(LIVE["traffic"].format(words.bus(now), words.duration(now.driven_s)), style="dim"))
     return Panel(rows, title=Text(f"{now.truck} on {now.bus}"), title_align="left", border_style="dim")

@@ -7,8 +7,6 @@ page requests fewer, and without a viewer nothing is sent.
 from __future__ import annotations
 
 import contextlib
-import errno
-import ipaddress
 import selectors
 import socket
 import subprocess
@@ -18,8 +16,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import TYPE_CHECKING
 
-from tornado.netutil import bind_sockets
-
+from oncenter.app.guard import bound, new_key, url_of
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.live.handed_sockets import begin
 from oncenter.live.snapshot import Snapshot
@@ -38,7 +35,8 @@ class Hello:
 
     first: Snapshot
     params: Mapping[str, float]
-    names: frozenset[str] | None  # see `names_of`
+    address: str
+    key: str
 
 
 class Page:
@@ -58,20 +56,11 @@ class Page:
     def __init__(
         self, session: Session, params: Mapping[str, float], address: str, port: int, say: Callable[[str], None]
     ) -> None:
-        try:
-            self._sockets = bind_sockets(port, address or None)
-        except (OSError, OverflowError, UnicodeError) as error:
-            reason = getattr(error, "strerror", None) or str(error)
-            wrong = "--address, of this machine" if _is_of_address(error) else "--port"
-            raise OncenterError(
-                f"cannot serve a page at {address}:{port}: {reason}; name another {wrong}",
-                code="web",
-                exit_code=WRONG_USAGE,
-            ) from None
+        self._sockets = bound(address, port)
         self.port: int = self._sockets[0].getsockname()[1]
-        self.url = f"http://{_in_url(address)}:{self.port}/"
+        self._address, self._key = address, new_key()
+        self.url = url_of(address, self.port, self._key)
         self._session, self._params, self._say = session, dict(params), say
-        self._names = names_of(address)
         self._newer = threading.Event()
         self._over = False
         self._thread = threading.Thread(target=self._send, name="oncenter page", daemon=True)
@@ -80,7 +69,7 @@ class Page:
         self._process, self._socket = self._started()
         self._pipe = Connection(self._socket.dup().detach())
         try:
-            self._pipe.send(Hello(self._session.snapshot, self._params, self._names))
+            self._pipe.send(Hello(self._session.snapshot, self._params, self._address, self._key))
             self._pipe.recv_bytes()
         except (EOFError, OSError):
             raise OncenterError(
@@ -142,25 +131,3 @@ class Page:
             return self._pipe.recv_bytes() == NEXT
         except (EOFError, OSError, ValueError):  # ValueError: our end is closed
             return False
-
-
-def names_of(address: str) -> frozenset[str] | None:
-    """The host names accepted for a server at the address; None for all of the machine's."""
-    try:
-        given = ipaddress.ip_address(address)
-    except ValueError:
-        return frozenset({address.lower(), *(("127.0.0.1", "::1") if address.lower() == "localhost" else ())})
-    if given.is_unspecified:
-        return None
-    return frozenset({str(given), *(("localhost",) if given.is_loopback else ())})
-
-
-def _is_of_address(error: Exception) -> bool:
-    """Whether the address is at fault: unknown, malformed or of another machine. Else the port is."""
-    return isinstance(error, (socket.gaierror, UnicodeError)) or getattr(error, "errno", None) == errno.EADDRNOTAVAIL
-
-
-def _in_url(address: str) -> str:
-    if names_of(address) is None:
-        return socket.gethostname()
-    return f"[{address}]" if ":" in address else address

@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from oncenter.app.texts import LIVE
 from oncenter.estimates.cause import in_words
 from oncenter.estimates.estimate import Estimate
 from oncenter.findings import capitalised
@@ -15,30 +16,11 @@ from oncenter.live.snapshot import Dropped, Snapshot
 from oncenter.offset.answer import NOT_YET_OR_NO_MORE
 from oncenter.signals import DEGREE
 
-REASONS = {
-    "missing_signal": "a signal is not available",
-    "time": "time does not increase",
-    "gap": "first sample after a gap",
-    "settling": "filters are settling",
-    "speed": "too slow",
-    "curvature": "bend too tight",
-    "longitudinal_acceleration": "braking or accelerating",
-    "bank": "kerb or sudden road bank",
-    "lateral_acceleration": "lateral acceleration too high",
-    "yaw_rate_bias": "yaw rate bias is changing",
-    "window": "usable driving too short so far",
-}
-_QUANTITIES = {
-    "free play": "backlash",
-    "yaw rate bias": "yaw_rate_bias",
-    "understeer gradient": "understeer_gradient",
-    "neutral lateral acceleration": "unloading_acceleration",
-}
-_PHASES = {
-    "listening": "listening to the bus",
-    "paused": "the estimate is paused",
-    "silent": "no frames on the bus",
-    "ended": "finished",
+_QUANTITIES = {  # texts of the estimates
+    "backlash": "backlash",
+    "gyro_bias": "yaw_rate_bias",
+    "understeer_gradient": "understeer_gradient",
+    "unloading_acceleration": "unloading_acceleration",
 }
 
 
@@ -86,38 +68,40 @@ def finished(now: Snapshot) -> str:
     """When the session ended, and its result; empty before."""
     if now.ended_s is None:
         return ""
-    at = f"finished at {time.strftime('%H:%M:%S', time.localtime(now.ended_s))}"
-    return f"{at} after {duration(now.driven_s)} of driving: {'no result' if now.verdict is None else 'final result'}."
+    at = time.strftime("%H:%M:%S", time.localtime(now.ended_s))
+    result = LIVE["no_result" if now.verdict is None else "final_result"]
+    return LIVE["finished"].format(at, duration(now.driven_s), result)
 
 
 def gate(now: Snapshot) -> tuple[bool, str]:
     """Whether the driving at this time is used, and the reason if not."""
     if now.phase != "running":
-        return False, _PHASES[now.phase]
+        return False, LIVE[now.phase]
     if now.reasons:
-        return False, "not used: " + ", ".join(REASONS[name] for name in now.reasons)
-    return True, "this driving is used"
+        return False, LIVE["not_used"].format(", ".join(LIVE[name] for name in now.reasons))
+    return True, LIVE["used_now"]
 
 
 def quantities(now: Snapshot) -> dict[str, str]:
     """The other quantities, by name; a dash before there is an answer."""
     answer = now.known.answer
     if answer is None:
-        return dict.fromkeys(_QUANTITIES, "—")
-    shown = {name: _quantity(getattr(answer, member)) for name, member in _QUANTITIES.items()}
+        return {LIVE[text]: "—" for text in _QUANTITIES}
+    shown = {LIVE[text]: _quantity(getattr(answer, member)) for text, member in _QUANTITIES.items()}
     if "steering_ratio" in answer.vehicle.assumed:
-        shown["understeer gradient"] = f"{_quantity(answer.understeer_at_steering_wheel)} at the steering wheel"
+        at_wheel = LIVE["at_wheel"].format(_quantity(answer.understeer_at_steering_wheel))
+        shown[LIVE["understeer_gradient"]] = at_wheel
     return shown
 
 
 def _quantity(estimate: Estimate) -> str:
-    return "not identified yet" if estimate.status == "unobservable" else signed(str(estimate))
+    return LIVE["not_identified"] if estimate.status == "unobservable" else signed(str(estimate))
 
 
 def still_missing(now: Snapshot, params: Mapping[str, float]) -> list[str]:
     """The driving that is still needed, one line each; empty when none is."""
     if now.phase in ("listening", "paused"):
-        return [now.missing or "listening for 5 s: senders and their rates"]
+        return [now.missing or LIVE["senders"]]
     return list(_lacking(now, params))
 
 
@@ -125,23 +109,23 @@ def _lacking(now: Snapshot, params: Mapping[str, float]) -> Iterator[str]:
     known = now.known
     if known.evidence_lacking_s > 0:
         speed_km_h = 3.6 * params["joint_speed_min_m_s"]
-        yield f"{_long(known.evidence_lacking_s)} more above {speed_km_h:.0f} km/h"
+        yield LIVE["more_above"].format(_long(known.evidence_lacking_s), speed_km_h)
     for side, lacking_s in known.lacking_s.items():
         if lacking_s > 0:
-            yield f"{math.ceil(lacking_s)} s of bends to the {side}"
+            yield LIVE[f"bends_to_{side}"].format(math.ceil(lacking_s))
     if known.answer is None or known.evidence_lacking_s > 0:
         return
     offset = known.answer.offset
     if offset.status == "converging" and offset.ci95 is not None:
-        yield "bends to both sides: the interval of the offset is still too wide"
+        yield LIVE["wide"]
     elif offset.status == "unobservable":
-        yield "bends to both sides, at a steady speed"
+        yield LIVE["steady_speed"]
     elif offset.status == "invalid":
-        yield "signals without a fault: see the findings"
+        yield LIVE["without_fault"]
     elif now.is_changing:
-        yield "more driving: the verdict is changing"
+        yield LIVE["changing"]
     elif now.verdict is not None and now.verdict.state == "undecided":
-        yield "bends to both sides: the limit is inside the interval of the offset"
+        yield LIVE["limit_inside"]
 
 
 def loaded_share(now: Snapshot, side: str) -> float:
@@ -151,20 +135,18 @@ def loaded_share(now: Snapshot, side: str) -> float:
 
 
 def bus(now: Snapshot) -> str:
+    rate = LIVE["rate"].format(now.frames_per_s) if now.ended_s is None else ""
     lost = losses(now.dropped)
-    return f"{now.frames_per_s:.0f} frames/s, {now.frames} in all{', ' if lost else ''}{lost}"
+    return f"{rate}{LIVE['frames'].format(now.frames)}{', ' if lost else ''}{lost}"
 
 
 def losses(dropped: Dropped) -> str:
     """How many frames were lost or discarded, and where; empty if none."""
-    lost = {
-        "before oncenter received them": dropped.interface,
-        "in oncenter's queue": dropped.queue,
-        "not recorded": dropped.recording,
-    }
-    words = [f"lost: {', '.join(f'{count} {where}' for where, count in lost.items() if count)}"] if dropped.lost else []
+    lost = {"at_interface": dropped.interface, "in_queue": dropped.queue, "in_recording": dropped.recording}
+    where = ", ".join(LIVE[text].format(count) for text, count in lost.items() if count)
+    words = [LIVE["lost_frames"].format(where)] if where else []
     if dropped.impossible:
-        words.append(f"discarded: {dropped.impossible} that are no CAN frames")
+        words.append(LIVE["discarded"].format(dropped.impossible))
     return "; ".join(words)
 
 

@@ -150,12 +150,14 @@ def test_the_address_that_is_printed_opens_the_page_and_another_key_does_not(pag
 
 
 def test_a_truck_is_kept_as_people_write_it_and_never_replaced(page: Page) -> None:
-    form = {**FORM, "name": "M/AB ../12"}
+    form = {**FORM, "name": "M/AB ../<b>12"}
     stem = page.said("POST", "/trucks", form)["name"]
     (kept,) = page.trucks.iterdir()
     assert kept.stem == stem
     truck = oc.vehicle(kept)
-    assert (truck.name, truck.wheelbase_m, truck.steering_ratio) == ("M/AB ../12", 3.7, 19.3)
+    assert (truck.name, truck.wheelbase_m, truck.steering_ratio) == ("M/AB ../<b>12", 3.7, 19.3)
+    listed = page.ask("GET", "/")[1]
+    assert b"<b>12" not in listed and b"M/AB ../&lt;b&gt;12" in listed
     assert "choose it" in page.refused("POST", "/trucks", form)
     for wrong, said in (
         ({"wheelbase_m": "long"}, "not a number: long"),

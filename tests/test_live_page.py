@@ -55,6 +55,7 @@ _UNDRAWN = """() => ["course", "strip", "flanks"].filter((name) => {
   const sources = [...models.references()].filter((model) => model.type === "ColumnDataSource");
   return !sources.every((source) => Object.values(source.data).some((column) => column.some(Number.isFinite)));
 })"""
+NEWS_IN_TEN_MINUTES = 30_000  # one each 0.02 s
 SIZES = {"phone": (400, 850), "dashboard": (800, 480), "desk": (1280, 900)}
 
 
@@ -435,6 +436,31 @@ def test_scripts_that_nobody_reads_cost_little_memory(here: Served) -> None:
 
 def _memory_mb() -> float:
     return float(psutil.Process().memory_info().rss / 1e6)
+
+
+@pytest.mark.slow
+def test_ten_viewers_who_read_nothing_of_ten_minutes_of_news_cost_less_than_50_mb(log: Path) -> None:
+    """Another viewer takes all of it, faster than the session makes it: before the ten are cut off."""
+    session = session_of(log, 100.0)
+    session.start()
+    session.join()
+    last = replace(session.snapshot, phase="running", ended_s=None)
+    with Page(session, PARAMS, "127.0.0.1", 0, print) as page:
+        reader, process = opened(page)[1], psutil.Process(page._process.pid)
+        reader.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
+        stopped: list[socket.socket] = []
+        for number in range(NEWS_IN_TEN_MINUTES):
+            pictures = replace(last.pictures, number=number // 50)
+            session.snapshot = replace(last, number=1000 + number, pictures=pictures)
+            session.when_shown()
+            while f'"number": {1000 + number},'.encode() not in reader.recv(1 << 20):
+                pass
+            if number == 500:
+                before_mb = process.memory_info().rss / 1e6
+                stopped = [opened(page)[1] for _ in range(10)]
+        assert process.memory_info().rss / 1e6 - before_mb < 50.0
+        for connection in (reader, *stopped):
+            connection.close()
 
 
 def test_a_viewer_who_does_not_read_for_long_is_cut_off(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -298,6 +298,14 @@ def test_each_reason_of_the_core_for_which_driving_is_not_used_has_words(log: Pa
         assert words.gate(replace(now, reasons=(name,))) == (False, f"not used: {LIVE[name]}")
 
 
+def test_a_silent_bus_has_no_angle_at_this_time(log: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    session = session_of(log, 1.0)
+    monkeypatch.setattr(session._learner.stream, "newest", lambda name: (1.0, 0.5))
+    assert session._angles().measured_rad == 0.5
+    session._silent = True
+    assert math.isnan(session._angles().measured_rad) and math.isnan(session._angles().frame_s)
+
+
 def test_a_pause_is_not_said_to_be_recorded_when_nothing_is(log: Path) -> None:
     session = session_of(log, 1.0)
     session._learner.stream.paused = OncenterError("two senders", code="ambiguous")

@@ -223,6 +223,8 @@ class Session(threading.Thread):
         return replace(self._source.dropped, recording=lost)
 
     def _angles(self) -> Angles:
+        if self._silent:
+            return Angles()
         last, stream = self._learner.last, self._learner.stream
         frame_s, measured = stream.newest("steering_wheel_angle")
         if last is None:

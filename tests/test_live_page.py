@@ -55,7 +55,7 @@ _UNDRAWN = """() => ["course", "strip", "flanks"].filter((name) => {
   const sources = [...models.references()].filter((model) => model.type === "ColumnDataSource");
   return !sources.every((source) => Object.values(source.data).some((column) => column.some(Number.isFinite)));
 })"""
-NEWS_IN_TEN_MINUTES = 30_000  # one each 0.02 s
+NEWS_IN_A_MINUTE = 3_000  # one each 0.02 s
 SIZES = {"phone": (400, 850), "dashboard": (800, 480), "desk": (1280, 900)}
 
 
@@ -447,8 +447,8 @@ def _memory_mb() -> float:
 
 
 @pytest.mark.slow
-def test_ten_viewers_who_read_nothing_of_ten_minutes_of_news_cost_less_than_50_mb(log: Path) -> None:
-    """Another viewer takes all of it, faster than the session makes it: before the ten are cut off."""
+def test_ten_viewers_who_read_nothing_cost_less_than_5_mb_a_minute(log: Path) -> None:
+    """So less than 50 MB in ten minutes. Another viewer takes all news, and the ten are not cut off meanwhile."""
     session = session_of(log, 100.0)
     session.start()
     session.join()
@@ -457,16 +457,16 @@ def test_ten_viewers_who_read_nothing_of_ten_minutes_of_news_cost_less_than_50_m
         reader, process = opened(page)[1], psutil.Process(page._process.pid)
         reader.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
         stopped: list[socket.socket] = []
-        for number in range(NEWS_IN_TEN_MINUTES):
+        for number in range(500 + NEWS_IN_A_MINUTE):
             pictures = replace(last.pictures, number=number // 50)
             session.snapshot = replace(last, number=1000 + number, pictures=pictures)
             session.when_shown()
             while f'"number": {1000 + number},'.encode() not in reader.recv(1 << 20):
                 pass
-            if number == 500:
+            if number == 499:
                 before_mb = process.memory_info().rss / 1e6
                 stopped = [opened(page)[1] for _ in range(10)]
-        assert process.memory_info().rss / 1e6 - before_mb < 50.0
+        assert process.memory_info().rss / 1e6 - before_mb < 5.0
         for connection in (reader, *stopped):
             connection.close()
 

@@ -4,7 +4,7 @@
     python bench/live.py --seconds 600 --page --crowd   # renews those of the crowd
 
 Prints frames sent and recorded, the delay from frame to page, and the memory over time. With --crowd: a bus of 4,000
-frames/s, twenty viewers in total, and a client that requests the page continuously.
+frames/s, twenty viewers in total, and a client without the key that requests the page continuously.
 """
 
 from __future__ import annotations

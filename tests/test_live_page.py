@@ -47,6 +47,7 @@ from oncenter.live.web import NEXT, READY, Hello, Page
 from oncenter.offset.inputs import params_of
 from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream
+from oncenter.verdict import Verdict
 
 PARAMS = params_of(oc.vehicle(TRUCK), None)
 # Lists the figures without a number in one of their sources.
@@ -290,6 +291,13 @@ def test_driving_that_nobody_records_is_not_said_to_be_recorded(log: Path) -> No
     now = replace(session_of(log, 1.0).snapshot, phase="running")
     assert words.gate(now) == (False, "not used: a signal is not available")  # no frame has come
     assert words.gate(replace(now, reasons=())) == (True, "this driving is used")
+
+
+def test_a_session_that_ends_without_an_offset_has_no_result(log: Path) -> None:
+    nothing = Verdict("offset", "no_offset", "No offset.", "Drive.")
+    now = replace(session_of(log, 1.0).snapshot, phase="ended", ended_s=0.0)
+    for verdict, result in ((None, "no"), (nothing, "no"), (replace(nothing, state="within"), "final")):
+        assert words.finished(replace(now, verdict=verdict)).endswith(f" of signals: {result} result.")
 
 
 def test_each_reason_of_the_core_for_which_driving_is_not_used_has_words(log: Path) -> None:

@@ -69,7 +69,8 @@ def finished(now: Snapshot) -> str:
     if now.ended_s is None:
         return ""
     at = time.strftime("%H:%M:%S", time.localtime(now.ended_s))
-    result = LIVE["no_result" if now.verdict is None else "final_result"]
+    has_result = now.verdict is not None and now.verdict.state != "no_offset"
+    result = LIVE["final_result" if has_result else "no_result"]
     return LIVE["finished"].format(at, duration(now.driven_s), result)
 
 

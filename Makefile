@@ -49,6 +49,7 @@ DEBIAN_embedded = gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
 # They run or load the binaries that zig compiles; ecos needs libtbb12.
 DEBIAN_fmu = wine64 qemu-user libc6-arm64-cross libtbb12
 DEBIAN_fresh = mmdebstrap
+DEBIAN_zip = wine wine64
 DEBIAN_wheels = qemu-user wine wine64 musl mmdebstrap
 needed = $(sort $(DEBIAN_BASE) $(foreach target,$(MAKECMDGOALS),$(DEBIAN_$(target))))
 
@@ -78,7 +79,7 @@ has_mmdebstrap = command -v mmdebstrap
 missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || printf ' $(package)';)
 
 .PHONY: help packages demo quick test night lint types elsewhere types-win32 types-darwin beside warnings cppcheck \
-	sanitize sanitize-core slow damaged benches pages portable browser coverage faults fuzz embedded fmu wheels bench accuracy load generated written \
+	sanitize sanitize-core slow damaged benches pages portable browser coverage faults fuzz embedded fmu wheels zip bench accuracy load generated written \
 	docs fresh lock audit lowest matrix clean
 .DEFAULT_GOAL := help
 
@@ -201,6 +202,11 @@ wheels: .venv/dev build/wheels/ready ## dist/: sdist, a wheel for each platform,
 	build/wheels/bin/python wheels/build.py dist
 	build/wheels/bin/python wheels/check.py dist
 	$(BIN)/python wheels/sbom.py dist
+
+# WINDOWS_PYTHON: the file that wheels/windows_zip.py names, from python.org. Without it a person adds it.
+zip: build/wheels/ready ## dist/: a zip for Windows with all wheels and install.cmd, checked; WINDOWS_PYTHON=FILE adds Python
+	build/wheels/bin/python wheels/windows_zip.py dist $(WINDOWS_PYTHON)
+	build/wheels/bin/python wheels/windows_check.py dist
 
 build/wheels/ready: wheels/requirements.txt | packages
 	$(PYTHON) -m venv --clear build/wheels

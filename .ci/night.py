@@ -31,6 +31,7 @@ PARTS = {
     "embedded": "the core on two emulated microcontrollers",
     "fmu": "the FMU's other platforms in emulators, two further importers",
     "wheels": "a wheel for each platform, checked where it can run",
+    "zip": "the zip for Windows: complete, its install.cmd in wine",
     "lowest": "the lowest versions of all packages",
     "audit": "known vulnerabilities of the locked packages",
     "fuzz": "random bytes into the core, mutated logs into the readers",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import shlex
 import stat
@@ -13,6 +14,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.whole_file import write_whole
 
 _COMMAND = ("-m", "oncenter", "app")
+_SHELL_FOLDERS = r"Software\Microsoft\Windows\CurrentVersion\Explorer\User Shell Folders"
 _USER_DIR_S = 5.0
 
 
@@ -38,7 +40,16 @@ def write_shortcut() -> Path:
 def _of_system() -> tuple[str, str]:
     """Name and text of the file."""
     if sys.platform == "win32":
-        return "oncenter.cmd", f'@"{sys.executable}" {" ".join(_COMMAND)}\r\n'
+        return "oncenter.cmd", "\r\n".join(
+            (
+                "@echo off",
+                "chcp 65001 >nul",  # the next lines are UTF-8
+                "title oncenter",
+                "echo Close this window to end oncenter.",
+                f'"{sys.executable.replace("%", "%%")}" {" ".join(_COMMAND)} || pause',
+                "",
+            )
+        )
     command = shlex.join([sys.executable, *_COMMAND])
     if sys.platform == "darwin":
         return "oncenter.command", f"#!/bin/sh\nexec {command}\n"
@@ -54,7 +65,15 @@ def _quoted() -> str:
 
 
 def _desktop() -> Path:
-    """Its name depends on the language on Linux."""
+    """On Linux its name depends on the language; on Windows OneDrive may have moved it."""
+    if sys.platform == "win32":
+        import winreg
+
+        with (
+            contextlib.suppress(OSError),
+            winreg.OpenKey(winreg.HKEY_CURRENT_USER, _SHELL_FOLDERS) as key,
+        ):
+            return Path(winreg.ExpandEnvironmentStrings(winreg.QueryValueEx(key, "Desktop")[0]))
     if sys.platform.startswith("linux"):
         try:
             told = subprocess.run(

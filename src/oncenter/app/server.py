@@ -23,9 +23,9 @@ from oncenter.app.guard import Guarded, Server, bound, new_key, server, url_of
 from oncenter.app.network import Network, network_entries, network_shown
 from oncenter.app.texts import ENGLISH
 from oncenter.app.trucks import OWN, Trucks
-from oncenter.app.uploads import Upload, Uploads
+from oncenter.app.uploads import TAKEN, Upload, Uploads
 from oncenter.errors import OncenterError
-from oncenter.files.log_formats import DATABASES, SUFFIXES
+from oncenter.files.log_formats import DATABASES
 from oncenter.report.browser import find_browser, pdf_of, require_browser
 from oncenter.report.canvas import COLOURS
 from oncenter.vehicle_keys import KEYS
@@ -101,7 +101,7 @@ class _Page(Guarded):
 
     def get(self) -> None:
         template = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True).from_string(_file("page.html"))
-        given: dict[str, Any] = {"texts": ENGLISH, "groups": self._trucks.names(), "suffixes": ",".join(SUFFIXES)}
+        given: dict[str, Any] = {"texts": ENGLISH, "groups": self._trucks.names(), "suffixes": ",".join(TAKEN)}
         given |= {"layouts": self._trucks.layouts(), "choices": _CHOICES, "units": _UNITS}
         given |= {"databases": ",".join(DATABASES), "drawings": Markup(_file("drawings.svg"))}
         given["prints"] = find_browser() is not None
@@ -203,6 +203,7 @@ class _Log(Guarded):
     def initialize(self, uploads: Uploads) -> None:
         self._uploads = uploads
         self._coming: Upload | None = None
+        self._lost: OncenterError | None = None
 
     async def prepare(self) -> None:
         await super().prepare()
@@ -221,12 +222,17 @@ class _Log(Guarded):
         if self._coming is not None:
             try:
                 self._coming.write(chunk)
-            except OSError as error:
+            except OSError as error:  # a browser hears of it when it has sent the rest, which is dropped
+                self._coming = None
                 self._uploads.remove(self.path_args[0])
-                raise HTTPError(507, reason=f"the log cannot be kept: {error.strerror}") from None
+                why = f"the log cannot be kept: {error.strerror}; make room on the disk, then drop it again"
+                self._lost = OncenterError(why, code="page")
 
     def put(self, _: str) -> None:
-        self.finish({})
+        if self._lost is not None:
+            self.refuse(self._lost)
+        else:
+            self.finish({})
 
     def delete(self, key: str) -> None:
         self._uploads.remove(key)

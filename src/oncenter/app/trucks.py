@@ -131,7 +131,7 @@ class Trucks:
             signals: the `[signals]` table.
         """
         path = self._folder / f"{form['truck']}.toml" if form.get("truck") else self._path(values["name"])
-        self._folder.mkdir(parents=True, exist_ok=True)
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)  # for no other user
         of_truck = list(values.get("dbc", ()))
         for place, given in enumerate(databases, len(of_truck) + 1):
             copy = path.with_name(f"{path.stem}-{place}{given.suffix}")

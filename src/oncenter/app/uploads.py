@@ -11,12 +11,14 @@ from pathlib import Path
 from typing import BinaryIO
 
 from oncenter.errors import OncenterError
-from oncenter.files.file_name import file_stem, printable_name
+from oncenter.files.file_name import printable_name, recognisable_name
 from oncenter.files.log_formats import DATABASES, SUFFIXES
+from oncenter.files.packed_names import SINGLE
 
+TAKEN = (*SUFFIXES, *SINGLE, ".zip")  # a packed log may have any name: its content decides
 AT_ONCE_MAX = 50  # logs that are not removed
 _FREE_BYTES_MIN = 1 << 28  # of the disk, for others
-_NAME_LENGTH = 100
+_NAME_LENGTH = 60  # of up to four bytes each: a file system takes 255
 
 
 @dataclass
@@ -74,7 +76,7 @@ class Uploads:
             OncenterError: "page": it cannot be taken.
         """
         shown = printable_name(name)
-        if not name.lower().endswith((*SUFFIXES, *DATABASES)):
+        if not name.lower().endswith((*TAKEN, *DATABASES)):
             raise OncenterError(f"{shown} is not a log: oncenter reads {', '.join(SUFFIXES)}", code="page")
         if size <= 0:
             raise OncenterError(f"{shown} is empty (0 bytes)", code="page")
@@ -89,14 +91,14 @@ class Uploads:
                 code="page",
             )
         key = secrets.token_urlsafe(12)
-        self._of[key] = Upload(self._free_path(file_stem(name[-_NAME_LENGTH:])), size)
+        self._of[key] = Upload(self._free_path(recognisable_name(name[-_NAME_LENGTH:])), size)
         return key
 
     def _free_path(self, name: str) -> Path:
-        """Two logs of different folders may have the same name."""
-        folder, taken = Path(self._folder.name), {upload.path.name for upload in self._of.values()}
+        """Two logs of different folders may have the same name, or differ in capitals, which some systems ignore."""
+        folder, taken = Path(self._folder.name), {upload.path.name.lower() for upload in self._of.values()}
         numbered = (f"{number}-{name}" for number in count(2))
-        return folder / next(each for each in chain([name], numbered) if each not in taken)
+        return folder / next(each for each in chain([name], numbered) if each.lower() not in taken)
 
     def of(self, key: str) -> Upload | None:
         return self._of.get(key)

@@ -56,3 +56,10 @@ def file_stem(text: str) -> str:
         return encoded
     mark = f"~{hashlib.sha256(whole).hexdigest()}"
     return whole[: STEM_BYTES_MAX - len(mark)].decode(errors="ignore") + mark
+
+
+def recognisable_name(text: str) -> str:
+    """A file name for every system in which a person finds the own one again: letters, digits, spaces and some signs
+    stay, each other character becomes an underscore. Two texts may get the same."""
+    kept = re.sub(r"[^\w .()+,=-]", "_", text)
+    return f"_{kept}" if _OF_A_DEVICE.match(kept) or kept.startswith((".", "-", " ")) else kept

@@ -209,7 +209,7 @@ class _Log(Guarded):
         await super().prepare()
         if self.request.method == "PUT":
             upload = self._uploads.of(self.path_args[0])
-            if upload is None or upload.written or self.request.headers.get("Content-Length") != str(upload.size):
+            if upload is None or upload.is_taken or self.request.headers.get("Content-Length") != str(upload.size):
                 raise HTTPError(400, reason="not the log that was announced")
             connection = self.request.connection
             assert isinstance(connection, HTTP1Connection)  # as tornado's guide to streamed bodies has it
@@ -217,6 +217,7 @@ class _Log(Guarded):
             connection.set_body_timeout(_LOG_S)
             self.hold()
             self._coming = upload
+            upload.is_taken = True
 
     def data_received(self, chunk: bytes) -> None:
         if self._coming is not None:

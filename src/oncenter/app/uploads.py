@@ -28,10 +28,12 @@ class Upload:
     Attributes:
         path: its name is the user's, without what a file system or a terminal reads from it.
         size: bytes that it will have.
+        is_taken: a request sends it, or has sent it.
     """
 
     path: Path
     size: int
+    is_taken: bool = False
     _file: BinaryIO | None = None
     written: int = 0
 

@@ -185,7 +185,7 @@ def test_fifty_logs_at_once_are_kept_in_little_memory_and_one_more_is_refused(
     with ThreadPoolExecutor(50) as threads:
         said = list(threads.map(lambda key: page.ask("PUT", f"/logs/{key}", bytes(_MB))[0], keys))
     assert said == [200] * len(keys) and len(kept(folder)) == 50
-    assert peak_mb(pid) - before < 30.0
+    assert peak_mb(pid) - before < 30.0 or "asan" in environ.get("LD_PRELOAD", "")  # which keeps what is freed
     for key in keys:
         page.said("DELETE", f"/logs/{key}")
     assert len(kept(folder)) == others

@@ -1,8 +1,8 @@
 """Runs install.cmd of the zip in wine's command interpreter, from and into folders with spaces, umlauts and brackets.
 
 Usage: windows_check.py FOLDER, from windows_zip.py. wine has no Python: a program that writes down what it is asked
-takes its place, and fails where it should. What pip and oncenter do is tried on Windows, by the workflow. Needs zig and
-wine (`make zip` installs both).
+takes its place, and fails where it should. pip resolves the packages for Windows here, and installs nothing: that is
+tried on Windows, by the workflow. Needs zig and wine (`make zip` installs both).
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import sys
 import tempfile
 import zipfile
 from pathlib import Path
+
+from windows_zip import VERSION
 
 STAND_IN = r"""
 #include <stdio.h>
@@ -39,6 +41,7 @@ def main() -> None:
         begin = work / "begin.cmd"
         begin.write_text(f'@set "LOCALAPPDATA={HOME}"\r\n@call install.cmd\r\n', encoding="ascii")
         folder = unpacked(archive, work / "Eigene Dateien \u00fc (1)")
+        resolve(folder / "wheels")
         refused = run(folder, work, "")
         expect(refused, 1, "finding Python", "python.org")
         (folder / "python").mkdir(exist_ok=True)
@@ -62,8 +65,17 @@ def main() -> None:
 
 def unpacked(archive: Path, place: Path) -> Path:
     with zipfile.ZipFile(archive) as packed:
-        packed.extractall(place, [name for name in packed.namelist() if not name.endswith(".whl") or "/pip-" in name])
+        packed.extractall(place)
     return place / archive.stem
+
+
+def resolve(wheels: Path) -> None:
+    """What install.cmd asks of pip, by the zip's pip: all packages are there, with their hashes."""
+    (pip,) = wheels.glob("pip-*.whl")
+    asked = ["install", "--dry-run", "--quiet", "--isolated", "--no-index", "--find-links", str(wheels)]
+    asked += ["--require-hashes", "-r", str(wheels / "requirements.txt")]
+    asked += ["--platform=win_amd64", f"--python-version={VERSION}", "--only-binary=:all:"]
+    subprocess.run([sys.executable, pip / "pip", *asked], check=True)
 
 
 def compile_stand_in(program: Path, work: Path) -> None:

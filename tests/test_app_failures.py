@@ -20,6 +20,8 @@ import pytest
 from test_app import Page
 from test_estimate import steady_drive
 
+from oncenter.app.uploads import Uploads
+
 pytest.importorskip("tornado", reason="tornado is not installed: pip install 'oncenter[report]'")
 pytestmark = pytest.mark.linux  # memory and limits of the server
 
@@ -125,6 +127,21 @@ def test_a_name_stays_recognisable_and_is_none_that_a_system_reads(folder: Path,
         "_-x.log",
         "木" * 56 + ".log",
     }
+
+
+def test_a_log_that_windows_keeps_open_is_removed_and_may_come_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    def in_use(*_: Any, **__: Any) -> None:
+        raise PermissionError(13, "another process uses the file")
+
+    with Uploads() as uploads, monkeypatch.context() as patch:
+        for name in ("drive.log", "2-drive.log"):
+            upload = uploads.of(key := uploads.begin("drive.log", 1))
+            assert upload is not None
+            upload.write(b"x")
+            assert upload.path.name == name
+            patch.setattr(Path, "unlink", in_use)
+            uploads.remove(key)
+            patch.undo()
 
 
 def test_nothing_is_kept_of_a_log_that_is_cut(page: Page, folder: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 import shutil
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass
 from itertools import chain, count
 from pathlib import Path
@@ -98,7 +99,9 @@ class Uploads:
 
     def _free_path(self, name: str) -> Path:
         """Two logs of different folders may have the same name, or differ in capitals, which some systems ignore."""
-        folder, taken = Path(self._folder.name), {upload.path.name.lower() for upload in self._of.values()}
+        folder = Path(self._folder.name)
+        there = [*folder.iterdir(), *(upload.path for upload in self._of.values())]
+        taken = {path.name.lower() for path in there}
         numbered = (f"{number}-{name}" for number in count(2))
         return folder / next(each for each in chain([name], numbered) if each.lower() not in taken)
 
@@ -109,4 +112,5 @@ class Uploads:
         upload = self._of.pop(key, None)
         if upload is not None:
             upload.close()
-            upload.path.unlink(missing_ok=True)
+            with suppress(PermissionError):  # Windows keeps it while an answer reads it; the folder goes at the end
+                upload.path.unlink(missing_ok=True)

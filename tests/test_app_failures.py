@@ -154,6 +154,17 @@ def test_nothing_is_kept_of_a_log_that_is_cut(page: Page, folder: Path) -> None:
     assert "Wait until all logs" in page.refused("POST", "/answers", {"group": "unknown", "logs": [key]})
 
 
+def test_a_log_that_is_cancelled_on_its_way_does_not_come_back(page: Page, folder: Path) -> None:
+    key = page.said("POST", "/logs", {"name": "away.log", "size": 2 * _MB})["log"]
+    client = begin_upload(page, key, 2 * _MB)
+    client.send(bytes(_MB))
+    wait_until(lambda: "away.log" in kept(folder))
+    page.said("DELETE", f"/logs/{key}")
+    client.send(bytes(_MB))  # as it was under way
+    client.getresponse()
+    assert "away.log" not in kept(folder)
+
+
 def test_a_disk_that_fills_on_the_way_is_a_sentence_and_nothing_is_kept(server: tuple[Page, int], folder: Path) -> None:
     page, pid = server
     key = page.said("POST", "/logs", {"name": "full.log", "size": 3 * _MB})["log"]

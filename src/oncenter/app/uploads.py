@@ -30,11 +30,13 @@ class Upload:
         path: its name is the user's, without what a file system or a terminal reads from it.
         size: bytes that it will have.
         is_taken: a request sends it, or has sent it.
+        is_removed: what is still on its way is dropped.
     """
 
     path: Path
     size: int
     is_taken: bool = False
+    is_removed: bool = False
     _file: BinaryIO | None = None
     written: int = 0
 
@@ -44,6 +46,8 @@ class Upload:
 
     def write(self, chunk: bytes) -> None:
         """Raises OSError where the disk is full."""
+        if self.is_removed:
+            return
         if self._file is None:
             self._file = self.path.open("xb")
         self._file.write(chunk)
@@ -111,6 +115,7 @@ class Uploads:
     def remove(self, key: str) -> None:
         upload = self._of.pop(key, None)
         if upload is not None:
+            upload.is_removed = True
             upload.close()
             with suppress(PermissionError):  # Windows keeps it while an answer reads it; the folder goes at the end
                 upload.path.unlink(missing_ok=True)

@@ -23,7 +23,9 @@ import pytest
 from browser import note_errors
 
 import oncenter as oc
+from oncenter.signals import SignalName
 from oncenter.simulate import simulate_to_log
+from oncenter.vehicle_file.new import proposals_for
 
 pytest.importorskip("tornado", reason="tornado is not installed: pip install 'oncenter[report]'")
 
@@ -356,6 +358,18 @@ def test_a_choice_that_the_files_do_not_have_is_refused(
         assert said in page.refused("POST", path, asked)
     assert not list(page.trucks.glob("refused*"))
     assert "Choose a truck first" in page.refused("POST", "/signals", {**asked, "truck": "../../somebody"})
+
+
+def test_the_search_for_signals_ends_when_nobody_waits_for_it(own_network: dict[str, Any]) -> None:
+    database = [ROOT / "examples" / "own_dbc" / "chassis.dbc"]
+
+    def gone(_: float) -> None:
+        raise ConnectionAbortedError
+
+    with pytest.raises(ConnectionAbortedError):
+        proposals_for(database, own_network["log"], progress=gone)
+    names = {"yaw_rate": SignalName("MOTION.YawRate")}
+    assert oc.read(own_network["log"], names=names, dbc=database).ticks > 1000
 
 
 def test_a_signal_that_says_nothing_is_named_at_its_row(page: Page, tmp_path: Path) -> None:

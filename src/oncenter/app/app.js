@@ -12,11 +12,12 @@ const made = (tag, text, className) => {
   return element;
 };
 
-async function send(method, path, content) {
+async function send(method, path, content, signal) {
   let response;
   try {
-    response = await fetch(path, {method, body: content === undefined ? undefined : JSON.stringify(content)});
+    response = await fetch(path, {method, signal, body: content === undefined ? undefined : JSON.stringify(content)});
   } catch {
+    if (signal?.aborted) throw new Error(texts.cancelled);
     throw new Error(texts.lost);
   }
   const said = await response.json();

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
@@ -94,12 +94,15 @@ def network_entries(network: Network, asked: Any, former: Mapping[str, Any]) -> 
     return table
 
 
-def network_shown(values: Mapping[str, Any], network: Network, asked: Any, at_s: Any) -> dict[str, Any]:
+def network_shown(
+    values: Mapping[str, Any], network: Network, asked: Any, at_s: Any, progress: Callable[[float], None]
+) -> dict[str, Any]:
     """The rows of the page: a signal each, with its picture and what is wrong with it.
 
     Args:
         values: of the vehicle file that is, or will be.
         asked: as of `network_entries`; None for the table of `values`, or what names and log propose.
+        progress: as of `proposals_for`.
         at_s: where the pictures begin, in s from the first tick; anything but a number for the most steering.
 
     Raises:
@@ -116,7 +119,7 @@ def network_shown(values: Mapping[str, Any], network: Network, asked: Any, at_s:
     elif former:
         table = dict(former)
     else:
-        found, notes = proposals_for(network.databases, network.log, NEEDED)
+        found, notes = proposals_for(network.databases, network.log, NEEDED, progress)
         table = {each.signal: each.entry() for each in found}
         why = {
             each.signal: ", ".join(each for each in each.reasons if not each.startswith(_FOR_ENGINEERS))

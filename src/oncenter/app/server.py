@@ -153,6 +153,8 @@ class _OfTruck(Guarded):
 class _Signals(_OfTruck):
     """The signals of a truck as rows: proposed, or as chosen so far. Nothing is kept."""
 
+    _is_gone = False
+
     async def post(self) -> None:
         asked = _asked(self)
         try:  # in a thread: a log is read; one after the other
@@ -160,12 +162,23 @@ class _Signals(_OfTruck):
                 self.finish(await asyncio.to_thread(self._rows, asked))
         except OncenterError as error:
             self.refuse(error)
+        except ConnectionAbortedError:
+            return
+
+    def on_connection_close(self) -> None:
+        self._is_gone = True
+
+    def _go_on(self, _: float) -> None:
+        """Ends the reading of a log that nobody waits for."""
+        if self._is_gone:
+            raise ConnectionAbortedError
 
     def _rows(self, asked: Mapping[str, Any]) -> dict[str, Any]:
+        self._go_on(0.0)
         databases, log = self._dropped(asked)
         values = self._trucks.described(asked)
         network = Network([*map(Path, values.get("dbc", ())), *databases], log)
-        return network_shown(values, network, asked.get("signals"), asked.get("at_s"))
+        return network_shown(values, network, asked.get("signals"), asked.get("at_s"), self._go_on)
 
 
 class _Trucks(_OfTruck):

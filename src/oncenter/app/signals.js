@@ -7,9 +7,12 @@ const NAMES_MAX = 30; // of the list at once
 
 // Shows the rows; keeps the truck at once where there is nothing to choose.
 async function chooseSignals(about, title, state) {
-  state.textContent = texts.signals_searching;
+  const cancel = new AbortController(), button = made("button", texts.cancel);
+  button.type = "button";
+  button.addEventListener("click", () => cancel.abort());
+  state.replaceChildren(`${texts.signals_searching} `, button);
   try {
-    const found = await send("POST", "/signals", about);
+    const found = await send("POST", "/signals", about, cancel.signal);
     if (!found.rows.length && about.truck) throw new Error(texts.signals_none);
     dialog = {about, title, names: found.names, similar: found.similar, at_s: null, isTouched: false};
     rows.clear();

@@ -4,7 +4,7 @@ the lateral acceleration like their product. The same relations give signs, and 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -47,7 +47,11 @@ class _Read:
 
 
 def decided_by_log(
-    log: Path, databases: Sequence[Path], proposed: Sequence[Proposal], there: Sequence[Named]
+    log: Path,
+    databases: Sequence[Path],
+    proposed: Sequence[Proposal],
+    there: Sequence[Named],
+    progress: Callable[[float], None],
 ) -> tuple[list[Proposal], Signals, list[str]]:
     """The proposals whose names the log has, the best by motion first, and what else the log shows.
 
@@ -60,7 +64,7 @@ def decided_by_log(
     Raises:
         OncenterError: the log has none of the candidates, or it cannot be read.
     """
-    drive, read = _candidates(log, databases, proposed, there)
+    drive, read = _candidates(log, databases, proposed, there, progress)
     for signal, candidates in list(read.items()):
         moving = [each for each in candidates if _moves(each.values)]
         read[signal] = candidates if signal in NEEDED and not moving else moving
@@ -112,14 +116,18 @@ def _first(proposal: Proposal | None, chosen: Proposal) -> Proposal:
 
 
 def _candidates(
-    log: Path, databases: Sequence[Path], proposed: Sequence[Proposal], named: Sequence[Named]
+    log: Path,
+    databases: Sequence[Path],
+    proposed: Sequence[Proposal],
+    named: Sequence[Named],
+    progress: Callable[[float], None],
 ) -> tuple[Signals, dict[str, list[_Read]]]:
     """Each candidate that the log has, all on one time base; reading stops at the first candidate of every signal if
     the log has only one of each."""
     import oncenter as oc
 
     always = {each.signal: each.signal_name() for each in proposed if each.signal not in SIGNALS}  # the time
-    there = _messages_in(log)
+    there = _messages_in(log, progress)
     in_log = {each.signal: _in_log(there, (each, *each.others)) for each in proposed if each.signal in SIGNALS}
     for signal in ("steering_wheel_angle", "yaw_rate"):
         if there is not None and not in_log.get(signal):
@@ -136,7 +144,10 @@ def _candidates(
             break
         try:
             drive = oc.read(
-                log, names={**always, **{each.signal: each.signal_name() for each in of_round}}, dbc=databases
+                log,
+                names={**always, **{each.signal: each.signal_name() for each in of_round}},
+                dbc=databases,
+                progress=progress,
             )
         except OncenterError as error:
             refused = refused or error
@@ -154,12 +165,13 @@ def _candidates(
     return first, read
 
 
-def _messages_in(log: Path) -> set[int] | None:
+def _messages_in(log: Path, progress: Callable[[float], None]) -> set[int] | None:
     """The identifiers in a log of frames, with bit 31 for 29 bits; None for another log."""
     if not log.name.lower().endswith(suffixes("frames")):
         return None
     there: set[int] = set()
     for part in frames(log, []):
+        progress(0.0)
         marked = part.identifier.astype(np.int64) | part.extended.astype(np.int64) << 31
         there.update(np.unique(marked).tolist())
     return there

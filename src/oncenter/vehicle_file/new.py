@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -46,13 +46,17 @@ def _from_folder(folder: Path, path: str) -> str:
 
 
 def proposals_for(
-    databases: Sequence[Path], log: Path | None, given: Collection[str] = ()
+    databases: Sequence[Path],
+    log: Path | None,
+    given: Collection[str] = (),
+    progress: Callable[[float], None] = lambda fraction: None,
 ) -> tuple[list[Proposal], list[str]]:
     """Proposals from the columns or channels of a log and from databases; with a log those that move in it as their
     quantity does.
 
     Args:
         given: signals that have an entry already.
+        progress: called now and then while the log is read, each time from 0 to 1; what it raises ends the reading.
 
     Returns:
         The proposals, and notes for people.
@@ -70,7 +74,7 @@ def proposals_for(
     proposed = [*([] if time is None else [time]), *proposals([*columns, *signals])]
     if log is None:
         return proposed, _not_found({*given, *(each.signal for each in proposed)})
-    return _in_log(log, databases, proposed, given, signals, in_table=bool(columns))
+    return _in_log(log, databases, proposed, given, signals, progress, in_table=bool(columns))
 
 
 def _not_found(found: Collection[str]) -> list[str]:
@@ -84,11 +88,12 @@ def _in_log(
     proposed: list[Proposal],
     given: Collection[str],
     named: Sequence[Named],
+    progress: Callable[[float], None],
     *,
     in_table: bool,
 ) -> tuple[list[Proposal], list[str]]:
     try:
-        found, drive, notes = decided_by_log(log, databases, proposed, named)
+        found, drive, notes = decided_by_log(log, databases, proposed, named, progress)
     except OncenterError as error:
         if in_table:
             return proposed, [f"{log.name} cannot be read with the proposed signals: {error}"]

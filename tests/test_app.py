@@ -379,7 +379,9 @@ def test_a_signal_that_says_nothing_is_named_at_its_row(page: Page, tmp_path: Pa
     columns |= {"YawRate_rad_s": 0.0 * table["yaw_rate_rad_s"], "VehicleSpeed_m_s": table["vehicle_speed_m_s"]}
     pl.DataFrame(columns).write_csv(tmp_path / "drive.csv")
     asked = {**FORM, "name": "table", "logs": [page.drop(tmp_path / "drive.csv")]}
-    rows = rows_of(page, asked)
+    said = page.said("POST", "/signals", asked)
+    rows = {row["signal"]: row for row in said["rows"]}
+    assert any("t: this column is read as the time in seconds" in note for note in said["notes"])
     assert ["bad", "Nothing fits by its name. Choose a signal."] in rows["lateral_acceleration"]["said"]
     assert any("gives no unit" in text for _, text in rows["steering_wheel_angle"]["said"])
     (state, text), *_ = rows["yaw_rate"]["said"]

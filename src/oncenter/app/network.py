@@ -236,7 +236,8 @@ def _said(
 def _about_time(table: Entries, there: Sequence[Named]) -> Iterator[str]:
     """A column of times whose unit is assumed."""
     name = table.get("time", {}).get("name")
-    if time_proposal([each for each in there if each.name == name and not each.unit]) is not None:
+    time = time_proposal([each for each in there if each.name == name])
+    if time is not None and time.unit is None:
         yield f"{name}: {ENGLISH['time_no_unit']}"
 
 

@@ -273,7 +273,7 @@ def test_the_certificate_says_what_the_comparison_says_and_has_lines_to_fill_in(
     page = tmp_path / "certificate.html"
     places = [*(str(tmp_path / f"{name}.json") for name in ("before", "after")), "--in-given-order"]
     assert run(["compare", *places, "--report", str(page)]) == 0
-    text = page.read_text(encoding="utf-8")
+    text = page.read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
     assert "Calibration successful" in text and "The offset changed by −2.9" in text
     assert "between +0.0 and +0.2 deg" in text
     assert "before &lt;b&gt;.log" in text and "<b>.log" not in text

@@ -15,7 +15,7 @@ from typing import get_args
 import numpy as np
 import polars as pl
 import pytest
-from bokeh.models import Line, Scatter, Segment, Span
+from bokeh.models import Label, Line, Scatter, Segment, Span
 from bokeh.plotting import figure
 from hypothesis import given
 from hypothesis import strategies as st
@@ -72,7 +72,8 @@ def answer_to(*drives: Signals, method: Method = DEFAULT_METHOD, **params: float
 
 
 def page_of(answer: Answer) -> str:
-    return page(answer, outputs_of(answer))
+    """With usual spaces."""
+    return page(answer, outputs_of(answer)).replace("\N{NO-BREAK SPACE}", " ")
 
 
 def course_of(answer: Answer) -> Course:
@@ -140,11 +141,10 @@ def test_the_other_verdicts_stand_below_it_with_what_to_do_where_something_is_to
 
 
 def rows_of(text: str) -> dict[str, str]:
-    """The rows of the table about truck and drive."""
+    """The rows of the table about truck and drive on the screen."""
     section = text[text.index('<section class="truck">') :]
-    return dict(
-        re.findall(r'<tr><th scope="row">(.*?)</th><td>(.*?)</td></tr>', section[: section.index("</section>")])
-    )
+    rows = re.findall(r'<tr><th scope="row">(.*?)</th><td>(.*?)</td></tr>', section[: section.index("print-only")])
+    return {name: re.sub("</?time>", "", value).replace("\N{NO-BREAK SPACE}", " ") for name, value in rows}
 
 
 def test_the_page_says_which_truck_when_where_and_how_far(answer: Answer, drive: Signals) -> None:
@@ -170,6 +170,14 @@ def test_the_page_says_which_truck_when_where_and_how_far(answer: Answer, drive:
 
 def test_a_page_leaves_out_what_no_log_has(answer: Answer, text: str) -> None:
     assert not {"VIN", "Start", "Place"} & set(rows_of(text))
+
+
+def test_in_print_there_are_lines_for_what_no_log_has_and_for_a_signature(answer: Answer) -> None:
+    vin = page(answer, outputs_of(answer), Origin("YS2R4X20001234567"))
+    for text, names in ((page_of(answer), ["VIN", "Plate", "Mileage", "Start"]), (vin, ["Plate", "Mileage", "Start"])):
+        by_hand = text[text.index('<div class="print-only">') : text.index("</section>")]
+        assert re.findall(r'<th scope="row">(\w+)</th><td><span class="line"></span></td>', by_hand) == names
+        assert re.findall(r'<span class="line"></span><br>([\w, ]+)', by_hand) == ["Place, date", "Name, signature"]
 
 
 def test_a_file_is_asked_for_the_truck_and_the_start_that_its_signals_lack(drive: Signals, tmp_path: Path) -> None:
@@ -291,6 +299,29 @@ def test_the_page_gives_both_parts_of_the_offsets_interval_with_what_was_assumed
 def test_a_page_of_a_method_that_does_not_separate_the_parts_speaks_of_one_interval(drive: Signals) -> None:
     visible = Parsed(page_of(answer_to(drive, method="thesis"))).visible
     assert "from this drive" not in visible and "inner band" not in visible
+
+
+def limits_drawn(answer: Answer) -> list[tuple[float, str]]:
+    picture = figures(answer, course_of(answer))["offset"]
+    lines = [item.location for item in picture.center if isinstance(item, Span) and item.dimension == "width"]
+    return list(zip(lines, (item.text for item in picture.center if isinstance(item, Label)), strict=True))
+
+
+def test_the_limits_are_drawn_with_their_numbers_unless_they_would_squash_the_course(answer: Answer) -> None:
+    """The offset is 2.0 deg, ± 0.8 at the end."""
+    within = {}
+    for limit_deg in (1.0, 3.0, 20.0):
+        truck = TRUCK.model_copy(update={"offset_limit_deg": limit_deg})
+        judged = replace(answer, vehicle=truck)
+        within[limit_deg] = limits_drawn(judged)
+        height = figures(judged, course_of(judged))["offset"].y_range
+        assert height.end - height.start < 12.0
+    assert within == {
+        1.0: [(-1.0, "limit −1 deg"), (1.0, "limit +1 deg")],
+        3.0: [(-3.0, "limit −3 deg"), (3.0, "limit +3 deg")],
+        20.0: [],
+    }
+    assert "limit ±20 deg, outside the picture" in page_of(judged)
 
 
 def test_a_change_is_marked_where_it_came_and_the_cloud_is_of_what_came_after(drive: Signals) -> None:
@@ -455,6 +486,18 @@ def test_no_line_bridges_a_hole() -> None:
 )
 def test_a_sentence_begins_with_a_capital_but_a_name_stays_as_it_is(text: str, shown: str) -> None:
     assert document.sentence(text) == words.sentence(text) == shown
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("offset +2.3 deg ± 0.2 (limit 2 deg).", "offset +2.3_deg_±_0.2 (limit 2_deg)."),
+        ("bias -0.14 deg/s +- 0.02, 95 % of 12 min 5 s", "bias −0.14_deg/s_±_0.02, 95_% of 12_min 5_s"),
+        ("2 metres, 3 drives, at ±0.1", "2 metres, 3 drives, at_±0.1"),
+    ],
+)
+def test_no_line_ends_within_a_number_with_its_unit(text: str, shown: str) -> None:
+    assert document.typeset(text).replace("\N{NO-BREAK SPACE}", "_") == shown
 
 
 def test_the_written_file_is_the_page(parking: Answer, tmp_path: Path) -> None:

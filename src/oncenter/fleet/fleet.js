@@ -29,6 +29,7 @@ const show = ({now, limit, all, together, drives, changes}) => {
     low: estimated.map((drive) => drive.offset - 1.96 * drive.sd), high: estimated.map((drive) => drive.offset + 1.96 * drive.sd),
     log: estimated.map((drive) => drive.log),
     colour: estimated.map((drive) => NOT_VALID[drive.status]?.[1] ?? COLOURS.estimate),
+    marker: estimated.map((drive) => (drive.status === "invalid" ? "triangle" : "circle")),
     status: estimated.map((drive) => drive.status),
   };
   model("breaks").data = {time: ofOffset.map((change) => (change.after_drive + change.by_drive) / 2)};

@@ -21,7 +21,7 @@ from oncenter.fleet.listing import next_lines, offset_words
 from oncenter.fleet.page_data import PageData
 from oncenter.fleet.ranking import SHARE_OF_FALSE_ALARMS
 from oncenter.report.canvas import COLOURS
-from oncenter.report.document import document, embedded
+from oncenter.report.document import document, embedded, key
 from oncenter.utc import utc
 from oncenter.verdict.states import AT_FAULT, OF_OFFSET, STATES, colour_of
 
@@ -131,6 +131,15 @@ def _day(time_s: float) -> str:
     return f"{utc(time_s):%Y-%m-%d}"
 
 
+_KEY_OF_TRUCK = key(
+    estimate_dot="one drive, 95 % interval; paler: still converging",
+    rejected_up="a drive before a fault of its sensor",
+    rejected_dashed="change",
+    used_dashed="limit",
+    measured_stroke="offset by the model of the truck, without the pull and the sensor biases that all its drives "
+    "share; so it may lie above or below all of them",
+)
+_KEY_OF_CAUSES = key(**{f"{colour}_{form}": _spaced(name) for name, (colour, form, _) in pictures.CAUSES.items()})
 _JINJA = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True)
 _JINJA.filters |= {"day": _day, "quoted": partial(quote, safe=""), "spaced": _spaced}
 _TEMPLATE = _JINJA.from_string(
@@ -141,7 +150,8 @@ _TEMPLATE = _JINJA.from_string(
         "not_drawn": ("check_signal", "no_offset"),  # without an offset
         "colour_of": colour_of,
         "faults": _FAULTS,
-        "causes": pictures.CAUSE_COLOURS,
+        "key_of_truck": Markup(_KEY_OF_TRUCK),
+        "key_of_causes": Markup(_KEY_OF_CAUSES),
         "false_alarms": SHARE_OF_FALSE_ALARMS,
         "shown": _SHOWN,
         "listed": _LISTED,

@@ -25,11 +25,11 @@ from oncenter.report.canvas import COLOURS, plain
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 from oncenter.verdict.states import OF_OFFSET, STATES, colour_of
 
-CAUSE_COLOURS = {
-    "sensor_or_alignment": "rejected",
-    "wheel_alignment": "right",
-    "gyro": "estimate",
-    "play": "used",
+CAUSES = {  # colour, its form in the key, its marker
+    "sensor_or_alignment": ("rejected", "dot", "circle"),
+    "wheel_alignment": ("right", "down", "inverted_triangle"),
+    "gyro": ("estimate", "square", "square"),
+    "play": ("used", "up", "triangle"),
 }
 _TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
 _RANKED = 40  # trucks that fit into a picture
@@ -57,7 +57,7 @@ def distribution(ranked: Sequence[dict[str, Any]]) -> figure | None:
         }
         bars = picture.quad("left", "right", "top", "bottom", source=source, color=colour_of(state), line_color=None)
         tips = [(STATES[state].word, "@count trucks"), ("offset", "@left{0.0} to @right{0.0} deg")]
-        picture.add_tools(HoverTool(renderers=[bars], tooltips=tips))
+        picture.add_tools(HoverTool(visible=False, renderers=[bars], tooltips=tips))
         below = below + count
     _limits(picture, common_limit_deg(ranked), "height")
     picture.y_range.start = 0
@@ -95,7 +95,7 @@ def ranking(ranked: Sequence[dict[str, Any]]) -> figure | None:
     picture.hbar(y="place", left="low", right="high", height=0.22, color="colour", alpha=0.5, source=source)
     dots = picture.scatter("value", "place", size=8, color="colour", source=source)
     tips = [("truck", "@truck"), ("offset", "@value{0.00} deg, 95 % @low{0.0} to @high{0.0}"), ("", "@state")]
-    picture.add_tools(HoverTool(renderers=[dots], tooltips=tips))
+    picture.add_tools(HoverTool(visible=False, renderers=[dots], tooltips=tips))
     _opens_truck(picture, source)
     picture.xaxis.axis_label = "offset now with its 95 % interval (deg)"
     picture.yaxis.axis_label = "rank"  # short, since the picture of one truck is low
@@ -119,20 +119,23 @@ def calendar(changes: Sequence[dict[str, Any]]) -> figure | None:
             "size": size,
             "low": size - half,
             "high": size + half,
-            "colour": [COLOURS[CAUSE_COLOURS[change["cause"]]] for change in shown],
+            "colour": [COLOURS[CAUSES[change["cause"]][0]] for change in shown],
+            "marker": [CAUSES[change["cause"]][2] for change in shown],
             "cause": [change["cause"].replace("_", " ") for change in shown],
         }
     )
     picture = _over_days(320)
     _intervals(picture, source)
-    dots = picture.scatter("time", "size", size=9, color="colour", source=source)
+    dots = picture.scatter("time", "size", marker="marker", size=9, color="colour", source=source)
     tips = [
         ("truck", "@truck"),
         ("first drive after", "@time{%F %H:%M}"),
         ("size", "@size{+0.0} deg, 95 % @low{+0.0} to @high{+0.0}"),
         ("with", "@cause"),
     ]
-    picture.add_tools(HoverTool(renderers=[dots], tooltips=tips, formatters={"@time": "datetime"}), TapTool())
+    picture.add_tools(
+        HoverTool(visible=False, renderers=[dots], tooltips=tips, formatters={"@time": "datetime"}), TapTool()
+    )
     _opens_truck(picture, source)
     picture.add_layout(Span(location=0.0, dimension="width", line_color=COLOURS["line"], line_width=1))
     picture.yaxis.axis_label = "change of the offset (deg)"
@@ -142,7 +145,7 @@ def calendar(changes: Sequence[dict[str, Any]]) -> figure | None:
 def truck_history() -> figure:
     """An empty history: fleet.js fills its sources `drives`, `means` and `breaks`, and moves its limits."""
     drives = ColumnDataSource(
-        {name: [] for name in ("time", "value", "low", "high", "log", "colour", "status")}, name="drives"
+        {name: [] for name in ("time", "value", "low", "high", "log", "colour", "marker", "status")}, name="drives"
     )
     means = ColumnDataSource({name: [] for name in ("left", "right", "value")}, name="means")
     breaks = ColumnDataSource({"time": []}, name="breaks")
@@ -151,14 +154,14 @@ def truck_history() -> figure:
     _intervals(picture, drives)
     picture.vspan(x="time", source=breaks, line_color=COLOURS["rejected"], line_dash="dashed", line_width=1.5)
     picture.segment("left", "value", "right", "value", source=means, color=COLOURS["measured"], line_width=2.5)
-    dots = picture.scatter("time", "value", size=8, color="colour", source=drives)
+    dots = picture.scatter("time", "value", marker="marker", size=8, color="colour", source=drives)
     tips = [
         ("drive", "@time{%F %H:%M}"),
         ("offset", "@value{0.00} deg, 95 % @low{0.0} to @high{0.0}"),
         ("status", "@status"),
         ("log", "@log"),
     ]
-    picture.add_tools(HoverTool(renderers=[dots], tooltips=tips, formatters={"@time": "datetime"}))
+    picture.add_tools(HoverTool(visible=False, renderers=[dots], tooltips=tips, formatters={"@time": "datetime"}))
     picture.yaxis.axis_label = "offset, left positive (deg)"
     return picture
 

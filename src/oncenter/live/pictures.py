@@ -157,9 +157,11 @@ class _Flanks:
         self.figure = plain(300, "", name="flanks", x_range=Range1d(-1.5, 1.5), y_range=Range1d(-5.0, 5.0))
         self.figure.xaxis.axis_label = LIVE["flanks_x"]
         self.figure.yaxis.axis_label = LIVE["flanks_y"]
-        self._cloud = ColumnDataSource(data={"x": [], "y": [], "colour": []})
+        self._cloud = ColumnDataSource(data={"x": [], "y": [], "colour": [], "marker": []})
         self._lines = ColumnDataSource(data={"x": [], "upper": [], "lower": []})
-        self.figure.scatter("x", "y", source=self._cloud, size=4, fill_color="colour", fill_alpha=0.6, line_color=None)
+        self.figure.scatter(
+            "x", "y", source=self._cloud, marker="marker", size=5, fill_color="colour", fill_alpha=0.6, line_color=None
+        )
         for flank in ("upper", "lower"):
             self.figure.line("x", flank, source=self._lines, color=COLOURS["estimate"], line_width=2.5)
         self._offset = Span(
@@ -171,12 +173,10 @@ class _Flanks:
     def show(self, now: Snapshot) -> None:
         cloud = now.pictures.cloud
         x, y, place = np.array(cloud.lateral_acceleration_m_s2), np.array(cloud.residual_deg), np.array(cloud.place)
-        colours = np.where(
-            place > _ON_A_FLANK,
-            COLOURS["used"],
-            np.where(place < -_ON_A_FLANK, COLOURS["right"], COLOURS["measured"]),
-        )
-        self._cloud.data = {"x": x, "y": y, "colour": colours.tolist()}
+        flank = np.where(np.abs(place) > _ON_A_FLANK, np.sign(place), 0.0).astype(int)
+        looks = {1: ("used", "triangle"), -1: ("right", "inverted_triangle"), 0: ("measured", "circle")}
+        colours = [COLOURS[looks[each][0]] for each in flank.tolist()]
+        self._cloud.data = {"x": x, "y": y, "colour": colours, "marker": [looks[each][1] for each in flank.tolist()]}
         if len(x):
             for axis, values in ((self.figure.x_range, x), (self.figure.y_range, y)):
                 low, high = np.percentile(values, [0.5, 99.5])

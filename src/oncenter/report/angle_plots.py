@@ -6,11 +6,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bokeh.models import BoxAnnotation, Label, Range1d, Span
+from bokeh.models import BoxAnnotation, Range1d, Span
 from bokeh.plotting import figure
 
 from oncenter.report.angle_course import MOVING_M_S, AngleCourse
-from oncenter.report.canvas import COLOURS, as_source, plain, range_of
+from oncenter.report.canvas import COLOURS, as_source, caption, plain, range_of
 from oncenter.report.thin import Floats, Indices, broken_at_holes, extremes, sample
 
 _BINS = 1200  # a screen's columns
@@ -134,16 +134,7 @@ def _mark_faults(picture: figure, course: AngleCourse, begin: float, end: float)
         )
         if fault.until_s - fault.found_s > _FAULT_MIN_SHARE * (end - begin):
             picture.add_layout(
-                Label(
-                    x=max(fault.since_s, begin),
-                    y=4,
-                    x_offset=5,
-                    y_units="screen",
-                    text=fault.name.replace("_", " "),
-                    text_color=COLOURS["rejected"],
-                    text_font_size="12px",
-                    text_font="system-ui, sans-serif",
-                )
+                caption(fault.name.replace("_", " "), x=max(fault.since_s, begin), x_offset=5, y=4, y_units="screen")
             )
 
 

@@ -29,8 +29,8 @@ _WINDOWS_FOLDERS = ("PROGRAMFILES", "PROGRAMFILES(X86)", "LOCALAPPDATA")
 _MACOS = ("Google Chrome", "Chromium", "Microsoft Edge")
 _DRAWING_MS = 10_000  # of the page's own clock, which runs as fast as it can: its scripts take some 300
 _TIMEOUT_S = 90.0  # a slow laptop takes 15
-# The width is that of an A4 page less its margins, so that the pictures are drawn as wide as they are printed.
-_WINDOW = "--window-size=718,1400"
+# Wider than an A4 page less its margins, 718 px: page.js makes the pictures as narrow as that for print, and so lower.
+_WINDOW = "--window-size=860,1400"
 _OPTIONS = (
     "--headless",
     "--disable-gpu",

@@ -7,7 +7,7 @@ from datetime import datetime
 from html import escape
 
 from oncenter.offset.compare import Comparison, Offset, State
-from oncenter.report.document import document, table, typeset
+from oncenter.report.document import LINE, SIGNATURES, document, table, typeset
 from oncenter.utc import utc
 from oncenter.verdict.states import STATES, Code
 
@@ -20,11 +20,8 @@ _CODES: Mapping[State, Code] = {  # with the colour and the mark of each result
     "undecided": "undecided",
     "no_correction": "no_correction",
 }
-_LINE = '<span class="line"></span>'  # to write on
-_STYLE = """
-.line { display: inline-block; width: 100%; max-width: 20rem; height: 1.6em; border-bottom: 1px solid currentColor; }
-.signatures { display: grid; grid-template-columns: 1fr 1fr; gap: 2rem; margin-top: 3rem; }
-"""
+
+_STYLE = ".signatures { display: grid; margin-top: 3rem; }"
 
 
 def certificate(comparison: Comparison, written: datetime) -> str:
@@ -46,17 +43,17 @@ def certificate(comparison: Comparison, written: datetime) -> str:
 </header>
 <section>
 <h2>Truck</h2>
-{table({"Truck": escape(after.vehicle), "VIN": escape(after.vin or "") or _LINE, "Plate": _LINE, "Mileage": _LINE})}
+{table({"Truck": escape(after.vehicle), "VIN": escape(after.vin or "") or LINE, "Plate": LINE, "Mileage": LINE})}
 </section>
 <section>
 <h2>Before and after</h2>
 {_drives(comparison)}
-<p>Correction that was entered (deg): {_LINE}</p>
+<p>Correction that was entered (deg): {LINE}</p>
 <p>{typeset(_in_words(comparison))}</p>
 </section>
 <section>
 <p class="quiet">oncenter, {written:%Y-%m-%d %H:%M} UTC</p>
-<div class="signatures"><p>{_LINE}<br>Place, date</p><p>{_LINE}<br>Name, signature</p></div>
+{SIGNATURES}
 </section>"""
     return document(f"Before and after: {after.vehicle}", body, "", style=_STYLE)
 
@@ -72,7 +69,7 @@ def _drives(comparison: Comparison) -> str:
 
 
 def _start(offset: Offset) -> str:
-    return "" if offset.start_s is None else f"{utc(offset.start_s):%Y-%m-%d %H:%M} UTC"
+    return "" if offset.start_s is None else f"<time>{utc(offset.start_s):%Y-%m-%d %H:%M} UTC</time>"
 
 
 def _value(offset: Offset, limit_deg: float) -> str:

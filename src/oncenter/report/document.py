@@ -24,7 +24,11 @@ _STATUSES = {
 # The browser fetches nothing, whatever the page or a library in it tries.
 _POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:"
 
+_WITHIN_A_NUMBER = re.compile(r"(?<=\d) (?=(?:deg|m|km|s|min|h|Hz)\b|%|±)|(?<=[a-z²]) (?=± ?\d)|(?<=±) (?=\d)")
 _RANDOM_NAME = re.compile(r"(?:bk-)?[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+
+LINE = '<span class="line"></span>'  # to write on
+SIGNATURES = f'<div class="signatures"><p>{LINE}<br>Place, date</p><p>{LINE}<br>Name, signature</p></div>'
 
 
 def document(title: str, body: str, script: str, *, style: str = "", program: str = "") -> str:
@@ -87,7 +91,11 @@ def _scripts(plots: str, program: str) -> str:
 
 
 def key(**entries: str) -> str:
-    spans = [f'<span><i class="swatch {colour}"></i>{text}</span>' for colour, text in entries.items()]
+    """The key of a picture: texts by colour, or by colour and form, such as `used_up` or `rejected_dashed`."""
+    spans = [
+        f'<span><i class="swatch {colour.replace("_", " ")}"></i>{unbroken(text)}</span>'
+        for colour, text in entries.items()
+    ]
     return f'<p class="key">{" ".join(spans)}</p>'
 
 
@@ -112,7 +120,12 @@ def status(status: str) -> str:
 
 
 def typeset(text: str) -> str:
-    return escape(re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace("^2", "²").replace("+-", "±")))
+    return escape(unbroken(re.sub(r"(?<![\w.])-(?=\d)", "−", text.replace("^2", "²").replace("+-", "±"))))
+
+
+def unbroken(text: str) -> str:
+    """No line ends between a number and its unit, or within an interval."""
+    return _WITHIN_A_NUMBER.sub("\N{NO-BREAK SPACE}", text)
 
 
 def sentence(text: str) -> str:
@@ -122,9 +135,9 @@ def sentence(text: str) -> str:
 def duration(seconds: float) -> str:
     """The duration in the usual words: 45.0 s, 12 min 5 s, 3 h 2 min."""
     if seconds < 60.0:
-        return f"{seconds:.1f} s"
+        return unbroken(f"{seconds:.1f} s")
     minutes, rest = divmod(round(seconds), 60)
-    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+    return unbroken(f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min")
 
 
 def joined(lines: list[str]) -> str:

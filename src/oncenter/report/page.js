@@ -7,6 +7,8 @@ const restyle = () => {
     if (model.type.endsWith("Axis")) {
       model.setv({axis_label_text_color: text, major_label_text_color: text, axis_line_color: grid,
                   major_tick_line_color: grid});
+    } else if (model.type === "Label") {
+      model.setv({text_color: text});
     } else if (model.type === "Toolbar" && matchMedia("(pointer: coarse)").matches) {
       model.setv({active_drag: null});
     }

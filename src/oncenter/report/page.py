@@ -25,7 +25,7 @@ from oncenter.report.document import (
 )
 from oncenter.report.legend import legend
 from oncenter.report.origin import Origin
-from oncenter.report.plots import STRIP_NAMES, figures
+from oncenter.report.plots import STRIP_NAMES, figures, limits_near_course
 from oncenter.report.truck_part import of_truck, truck_section
 from oncenter.report.verdict_part import verdict_header
 from oncenter.signals import DEGREE, SIGNALS
@@ -202,8 +202,12 @@ def _main_pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> st
         else ", with its 95 % interval"
     )
     offset_key = {"estimate": f"offset as estimated up to then{bands}"}
+    if "offset" in divs:
+        offset_key["measured_dashed"] = (
+            f"limit ±{answer.vehicle.offset_limit_deg:g} deg{_out_of_picture(answer, drive)}"
+        )
     if drive.changes:
-        offset_key["rejected"] = "a change, dashed"
+        offset_key["rejected_dashed"] = "a change"
     return joined(
         [
             '<div class="main-figures">\n<section>\n<h2>Straight-ahead offset over time</h2>',
@@ -220,6 +224,14 @@ def _main_pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> st
             "</section>\n</div>",
         ]
     )
+
+
+def _out_of_picture(answer: Answer, drive: Course) -> str:
+    """Where the limit is too far from the offset to be drawn."""
+    limits = limits_near_course(answer, drive)
+    if len(limits) == 2:
+        return ""
+    return f", of which {number(-limits[0], 1, True)} is outside the picture" if limits else ", outside the picture"
 
 
 def _several(drive: Course) -> str:
@@ -274,8 +286,8 @@ def _key_of_cloud(answer: Answer) -> str:
 
 def _key_of_flanks(answer: Answer) -> str:
     lines = {
-        "used": "left flank of the play",
-        "right": "right flank",
+        "used_up": "left flank of the play",
+        "right_down": "right flank",
         "measured": "in between",
     }
     if _known(answer.offset):

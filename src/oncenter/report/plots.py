@@ -1,6 +1,6 @@
 """The pictures of the page, as bokeh figures, in one colour language: grey is what the sensors said, blue what was
-estimated and its interval, green what was used, orange what was rejected or changed; in the cloud green and violet are
-the two flanks of the play."""
+estimated and its interval, green what was used, orange what was rejected or changed. In the cloud, green triangles and
+violet ones upside down are the two flanks of the play."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bokeh.models import BoxAnnotation, FactorRange, HoverTool, Range1d, Span
 from bokeh.plotting import figure
 
 from oncenter import _core
-from oncenter.report.canvas import COLOURS, as_source, every, plain, range_of
+from oncenter.report.canvas import COLOURS, as_source, caption, every, plain, range_of
 from oncenter.report.course import Course, Mask
 from oncenter.report.thin import Floats, Indices, broken_at_holes, extremes, sample
 from oncenter.signals import DEGREE
@@ -40,6 +40,7 @@ _CLOUD = 4000  # points
 _FAST_ENOUGH = 0.1  # of the ticks
 _ON_A_FLANK = 0.5  # of the way from the play's middle
 _BIAS_MOVES_DEG_S = 0.05  # less is no picture
+_LIMIT_NEAR = 1.0  # of the range of the course: a limit farther from it would squash the course
 _SCATTER_HEIGHT = 380
 
 
@@ -113,6 +114,7 @@ def _gate(course: Course, time: Range1d) -> figure:
         strip = _runs(picture, bins, share, [name], colour, 1.0)
         picture.add_tools(
             HoverTool(
+                visible=False,
                 renderers=[strip],
                 tooltips=[(name, "@share{0 %} of the ticks"), ("time", f"$x{{0.00}} {course.time_unit}")],
             )
@@ -152,10 +154,17 @@ def _offset(answer: Answer, course: Course, time: Range1d) -> figure | None:
     picture = _over_time(course, time, "offset (deg)", 300)
     low, high = course.offset_low, course.offset_high
     rows = every(len(course.time), 2 * _BINS)
-    last = np.flatnonzero(known)[-1]
-    # the first seconds' interval is as wide as a barn: leave it outside unless it is all there is
-    settled = known & (high - low < 4.0 * (high - low)[last] + 1.0)
-    picture.y_range = range_of(np.concatenate([low[settled], high[settled]]))
+    settled = _settled(course)
+    limits = limits_near_course(answer, course)
+    picture.y_range = range_of(np.array([low[settled].min(), high[settled].max(), *limits]))
+    for limit in limits:
+        words, below = f"limit {limit:+g} deg".replace("-", "−"), course.offset[settled][-1] > limit
+        picture.add_layout(
+            Span(location=limit, dimension="width", line_color=COLOURS["measured"], line_width=1.5, line_dash="dashed")
+        )
+        picture.add_layout(
+            caption(words, x=time.end, x_offset=-4, y=limit, y_offset=-16 if below else 1, text_align="right")
+        )
     of_drive = course.offset_half_width_drive
     lines = {"offset": course.offset, "low": low, "high": high}
     lines |= {"of_drive": of_drive, "inner_low": course.offset - of_drive, "inner_high": course.offset + of_drive}
@@ -171,6 +180,7 @@ def _offset(answer: Answer, course: Course, time: Range1d) -> figure | None:
     line = picture.line("x", "offset", source=source, color=COLOURS["estimate"], line_width=2)
     picture.add_tools(
         HoverTool(
+            visible=False,
             renderers=[line],
             mode="vline",
             tooltips=[
@@ -186,6 +196,22 @@ def _offset(answer: Answer, course: Course, time: Range1d) -> figure | None:
             Span(location=change, dimension="height", line_color=COLOURS["rejected"], line_width=2, line_dash="dashed")
         )
     return picture
+
+
+def _settled(course: Course) -> Mask:
+    """Ticks without the first seconds, whose interval is as wide as a barn, unless it is all there is."""
+    known = np.isfinite(course.offset)
+    width = course.offset_high - course.offset_low
+    settled: Mask = known & (width < 4.0 * width[np.flatnonzero(known)[-1]] + 1.0)
+    return settled
+
+
+def limits_near_course(answer: Answer, course: Course) -> list[float]:
+    """The limits of the offset, deg, that are in the picture of its course."""
+    settled = _settled(course)
+    low, high = course.offset_low[settled].min(), course.offset_high[settled].max()
+    limit_deg = answer.vehicle.offset_limit_deg
+    return [limit for limit in (-limit_deg, limit_deg) if max(low - limit, limit - high) <= _LIMIT_NEAR * (high - low)]
 
 
 def _yaw_rate_bias(course: Course, time: Range1d) -> figure | None:
@@ -240,12 +266,12 @@ def _flanks(answer: Answer, course: Course) -> figure | None:
     picture = _empty_scatter(a_y, residual, rows, "residual (deg)")
     few = sample(rows, _CLOUD)
     place = course.place[few]
-    for colour, there in (
-        ("measured", np.abs(place) <= _ON_A_FLANK),
-        ("used", place > _ON_A_FLANK),
-        ("right", place < -_ON_A_FLANK),
+    for colour, there, marker in (
+        ("measured", np.abs(place) <= _ON_A_FLANK, "circle"),
+        ("used", place > _ON_A_FLANK, "triangle"),
+        ("right", place < -_ON_A_FLANK, "inverted_triangle"),
     ):
-        _points(picture, a_y, residual, few[there], colour, len(few))
+        _points(picture, a_y, residual, few[there], colour, len(few), marker)
     offset = answer.offset.value
     if offset is None:
         return picture
@@ -365,16 +391,19 @@ def _empty_scatter(x: Floats, y: Floats, rows: Indices, label: str) -> figure:
     return picture
 
 
-def _points(picture: figure, x: Floats, y: Floats, rows: Indices, colour: str, count: int) -> None:
+def _points(
+    picture: figure, x: Floats, y: Floats, rows: Indices, colour: str, count: int, marker: Any = "circle"
+) -> None:
     """A cloud of dots, the paler the more there are."""
     picture.scatter(
         "x",
         "y",
         source=as_source(x=x[rows], y=y[rows]),
-        size=4,
+        marker=marker,
+        size=4 if marker == "circle" else 5,
         fill_color=COLOURS[colour],
         line_color=None,
-        fill_alpha=float(np.clip(1500.0 / max(count, 1), 0.3, 0.8)),
+        fill_alpha=float(np.clip(1800.0 / max(count, 1), 0.45, 0.8)),
     )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from oncenter.report.document import duration, table
+from oncenter.report.document import LINE, SIGNATURES, duration, table, unbroken
 from oncenter.report.origin import Origin
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
+_BY_HAND = ("VIN", "Plate", "Mileage", "Start")
 _SPEED, _LATITUDE, _LONGITUDE = "vehicle_speed_m_s", "latitude_deg", "longitude_deg"
 
 
@@ -30,7 +31,7 @@ def of_truck(vehicle: Vehicle) -> dict[str, str]:
 
 
 def truck_section(answer: Answer, origin: Origin) -> str:
-    """One table; a row without a value is left out."""
+    """One table; a row without a value is left out, or in print a line to write on."""
     vehicle = answer.vehicle
     rows = {
         "Vehicle": escape(vehicle.name),
@@ -38,13 +39,17 @@ def truck_section(answer: Answer, origin: Origin) -> str:
         "Vehicle file": escape(vehicle.origin),
         "Start": "" if origin.start is None else _time(origin.start),
         "Place": _place(answer.drives),
-        "Driven": f"{_distance_km(answer.drives):.1f} km in {duration(answer.duration_s)}",
+        "Driven": unbroken(f"{_distance_km(answer.drives):.1f} km in {duration(answer.duration_s)}"),
         "Logs" if len(answer.drives) > 1 else "Log": "<br>".join(escape(Path(d.log).name) for d in answer.drives),
         "Report": _made(answer, origin),
     }
     return f"""<section class="truck">
 <h2>Truck and drive</h2>
 {table({name: value for name, value in rows.items() if value})}
+<div class="print-only">
+{table({name: LINE for name in _BY_HAND if not rows.get(name)})}
+{SIGNATURES}
+</div>
 </section>"""
 
 
@@ -55,7 +60,7 @@ def _made(answer: Answer, origin: Origin) -> str:
 
 
 def _time(at: datetime) -> str:
-    return f"{at:%Y-%m-%d %H:%M} UTC"
+    return f"<time>{at:%Y-%m-%d %H:%M} UTC</time>"
 
 
 def _distance_km(drives: tuple[Signals, ...]) -> float:

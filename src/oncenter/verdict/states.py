@@ -34,7 +34,10 @@ class State(NamedTuple):
 
 
 class Colour(NamedTuple):
-    """The shades of one colour: as text on a light and on a dark page, and in figures, readable on both."""
+    """The shades of one colour: as text on a light and on a dark page, and in figures, readable on both.
+
+    Those in figures stay apart without one of the eye's three cones: tests/test_colours.py.
+    """
 
     light: str
     dark: str
@@ -42,13 +45,13 @@ class Colour(NamedTuple):
 
 
 COLOURS: Mapping[str, Colour] = {
-    "good": Colour("#1d7a54", "#4cc38f", "#2a9d6f"),
-    "open": Colour("#1f66bd", "#6fb0ff", "#3987e5"),
-    "bad": Colour("#c0372b", "#ff7a6b", "#d9534a"),
-    "near": Colour("#a8500f", "#f0985a", "#dd7a2f"),
-    "fault": Colour("#7d46b3", "#c39af0", "#a06cd5"),
-    "warn": Colour("#7f6000", "#dcb73a", "#b3912a"),
-    "muted": Colour("#5b626b", "#a0a7b0", "#8a8f98"),
+    "good": Colour("#1d7a54", "#4cc38f", "#4ba391"),
+    "open": Colour("#1f66bd", "#6fb0ff", "#496bad"),
+    "bad": Colour("#c0372b", "#ff7a6b", "#e35c54"),
+    "near": Colour("#a8500f", "#f0985a", "#d28100"),
+    "fault": Colour("#7d46b3", "#c39af0", "#9581f4"),
+    "warn": Colour("#7f6000", "#dcb73a", "#7f6516"),
+    "muted": Colour("#5b626b", "#a0a7b0", "#656876"),
 }
 
 OF_OFFSET: Mapping[Code, State] = {

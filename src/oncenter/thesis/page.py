@@ -111,7 +111,9 @@ def _figure(figure: Figure, svg: str) -> str:
     stem = file_stem(figure)
     return f"""<div class="card" id="{_anchor(figure)}">
 <h3><b>{_name(figure)}</b>{escape(figure.title)}</h3>
+<div class="figure" tabindex="0" role="group" aria-label="{_name(figure)}">
 {inline(svg, figure.number)}
+</div>
 <p class="caption">{escape(figure.caption)}</p>
 {_beside(figure.claims)}<p class="files"><a href="{stem}.svg">SVG</a> <a href="{stem}.png">PNG</a></p>
 </div>

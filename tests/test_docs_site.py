@@ -71,11 +71,18 @@ def test_each_page_with_a_picture_draws_it_and_fits_a_telephone(site: Path, brow
 
 
 @pytest.mark.browser
-def test_the_search_works_without_a_server(site: Path, browser: Any) -> None:
+def test_the_search_works_without_a_server_and_finds_what_a_reader_types(site: Path, browser: Any) -> None:
     page, requested = browser.new_page(), []
     page.on("request", lambda request: requested.append(request.url))
     page.goto((site / "index.html").as_uri())
-    page.locator("input[name=query]").press_sequentially("straight-ahead offset")  # the search listens to keys
-    page.wait_for_selector(".md-search-result__item", timeout=20_000)
+    for words, address in (
+        ("straight-ahead offset", "glossary.html"),
+        ("notebook", "howto/pandas.html"),
+        ("cron", "fleet.html"),
+        ("zip", "formats.html"),
+    ):
+        page.locator("input[name=query]").fill("")
+        page.locator("input[name=query]").press_sequentially(words)  # the search listens to keys
+        page.wait_for_selector(f".md-search-result__item a[href*='{address}']", timeout=20_000, state="attached")
     assert [url for url in requested if not url.startswith(("file:", "data:", "about:", "blob:"))] == []
     page.close()

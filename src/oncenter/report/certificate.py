@@ -65,7 +65,7 @@ def _drives(comparison: Comparison) -> str:
         for name, offset in (("Before", comparison.before), ("After", comparison.after))
     )
     head = "".join(f"<th scope='col'>{title}</th>" for title in ("", "Log", "Start", "Offset, 95 %", "Verdict"))
-    return f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody></table>"
+    return f"<table class='drives'>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{rows}\n</tbody></table>"
 
 
 def _start(offset: Offset) -> str:

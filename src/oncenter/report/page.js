@@ -21,7 +21,7 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", restyle);
 // A picture keeps the size in which it was drawn, which is too wide for paper where the window is wider.
 const PRINTED_PX = 680; // of an A4 page less margins and paddings
 addEventListener("beforeprint", () => {
-  for (const picture of document.querySelectorAll(".bk-Figure")) {
-    picture.style.setProperty("--fit", Math.min(1, PRINTED_PX / Math.max(picture.clientWidth, 1)));
-  }
+  const pictures = [...document.querySelectorAll(".bk-Figure")];
+  const fit = Math.min(1, PRINTED_PX / Math.max(...pictures.map((picture) => picture.clientWidth), 1));
+  for (const picture of pictures) picture.style.setProperty("--fit", fit);
 });

@@ -11,7 +11,7 @@ from oncenter.report.browser import require_browser
 
 ROOT = Path(__file__).parent.parent
 SHOWN = ("Straight-ahead offset over time", "Free play: residual against lateral acceleration")
-WIDTH, HEIGHT = 1000, 1420  # px
+WIDTH, HEIGHT = 1000, 1455  # px
 
 
 def shortened(page: str) -> str:

@@ -31,6 +31,14 @@ CAUSES = {  # colour, its form in the key, its marker
     "gyro": ("estimate", "square", "square"),
     "play": ("used", "up", "triangle"),
 }
+_HATCHES = {  # for print without colours; fleet.css has them in the key
+    "recalibrate": "right_diagonal_line",
+    "over": "left_diagonal_line",
+    "repair": "diagonal_cross",
+    "signal_or_sensor": "dot",
+    "undecided": "horizontal_line",
+    "no_correction": "vertical_line",
+}
 _TOOLS = "pan,box_zoom,wheel_zoom,reset,save"
 _RANKED = 40  # trucks that fit into a picture
 _BINS = 41
@@ -55,7 +63,10 @@ def distribution(ranked: Sequence[dict[str, Any]]) -> figure | None:
             "top": below + count,
             "count": count,
         }
-        bars = picture.quad("left", "right", "top", "bottom", source=source, color=colour_of(state), line_color=None)
+        hatch: Any = {"hatch_pattern": _HATCHES.get(state, "blank"), "hatch_color": "#ffffff", "hatch_alpha": 0.6}
+        bars = picture.quad(
+            "left", "right", "top", "bottom", source=source, color=colour_of(state), line_color=None, **hatch
+        )
         tips = [(STATES[state].word, "@count trucks"), ("offset", "@left{0.0} to @right{0.0} deg")]
         picture.add_tools(HoverTool(visible=False, renderers=[bars], tooltips=tips))
         below = below + count

@@ -11,8 +11,10 @@ import sys
 import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from os import environ
+from contextlib import contextmanager
+from os import environ, kill
 from pathlib import Path
+from signal import SIGHUP
 from typing import Any
 
 import polars as pl
@@ -35,9 +37,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("app")
 
 
-@pytest.fixture(scope="module")
-def server(folder: Path) -> Iterator[tuple[Page, int]]:
-    """The page and its process."""
+@contextmanager
+def served(folder: Path) -> Iterator[tuple[Page, int]]:
+    """A page, and its process."""
     trucks = folder / "trucks"
     command = [sys.executable, "-m", "oncenter", "app", "--no-browser", "--trucks", str(trucks)]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environ | {"TMPDIR": str(folder)}) as process:
@@ -46,6 +48,12 @@ def server(folder: Path) -> Iterator[tuple[Page, int]]:
         assert opened is not None
         yield Page(int(opened[1]), opened[2], trucks), process.pid
         process.kill()
+
+
+@pytest.fixture(scope="module")
+def server(folder: Path) -> Iterator[tuple[Page, int]]:
+    with served(folder) as given:
+        yield given
 
 
 @pytest.fixture
@@ -163,6 +171,14 @@ def test_a_log_that_is_cancelled_on_its_way_does_not_come_back(page: Page, folde
     client.send(bytes(_MB))  # as it was under way
     client.getresponse()
     assert "away.log" not in kept(folder)
+
+
+def test_a_terminal_that_is_closed_leaves_no_copy_of_a_log(tmp_path: Path) -> None:
+    with served(tmp_path) as (page, pid):
+        dropped(page, "copy.log", b"whole")
+        assert kept(tmp_path) == ["copy.log"]
+        kill(pid, SIGHUP)
+        wait_until(lambda: not list(tmp_path.glob("oncenter-app-*")))
 
 
 def test_a_disk_that_fills_on_the_way_is_a_sentence_and_nothing_is_kept(server: tuple[Page, int], folder: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -42,4 +44,16 @@ def app(
 
             webbrowser.open(address)
 
+    _end_when_closed()
     serve(trucks or default_folder() / "trucks", port, opened)
+
+
+def _end_when_closed() -> None:
+    """A terminal that closes ends the page as Ctrl-C does, which deletes the copies of the logs."""
+    if sys.platform == "win32":
+        closed = signal.SIGBREAK
+    else:
+        closed = signal.SIGHUP
+    for number in (signal.SIGTERM, closed):
+        if signal.getsignal(number) is signal.SIG_DFL:  # nohup ignores it
+            signal.signal(number, signal.default_int_handler)

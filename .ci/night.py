@@ -22,7 +22,7 @@ PAGE = ROOT / "docs" / "checks.md"
 BEGIN, END = "<!-- results: make night -->\n", "<!-- end -->\n"
 MAX_S = 3600.0
 PARTS = {
-    "slow": "errors and intervals over many drives, killed fleets, full disks, builds, exports, a log of 2 GB on the page",
+    "slow": "errors and intervals over many drives, killed fleets, full disks, builds, exports, a log of 2 GB",
     "damaged": "damaged and hostile logs and vehicle files",
     "benches": "every bench, with small sizes",
     "pages": "the code of every page and notebook",

@@ -30,6 +30,7 @@ from oncenter.live import words
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import outputs_of
 from oncenter.report import document
+from oncenter.report.canvas import plain
 from oncenter.report.course import Course, course
 from oncenter.report.origin import Origin, origin_of
 from oncenter.report.page import page
@@ -299,6 +300,12 @@ def test_the_page_gives_both_parts_of_the_offsets_interval_with_what_was_assumed
 def test_a_page_of_a_method_that_does_not_separate_the_parts_speaks_of_one_interval(drive: Signals) -> None:
     visible = Parsed(page_of(answer_to(drive, method="thesis"))).visible
     assert "from this drive" not in visible and "inner band" not in visible
+
+
+def test_the_tools_of_a_picture_stand_above_its_data_and_take_none_of_its_height() -> None:
+    with_tools, without = plain(200, "pan,reset"), plain(200, "")
+    assert not with_tools.toolbar_inner and with_tools.toolbar_location == "above"
+    assert with_tools.height > without.height == 200
 
 
 def limits_drawn(answer: Answer) -> list[tuple[float, str]]:

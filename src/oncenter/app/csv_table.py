@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from typing import Any
-from urllib.parse import unquote
 
 from oncenter.fleet.listing import BYTE_ORDER_MARK, as_csv
 
@@ -12,7 +11,7 @@ def csv_of(said: dict[str, Any]) -> str:
     """Args: said: the JSON of the answer. The units are those of its column."""
     of_drive = {
         "truck": said["vehicle"],
-        "log": unquote(said["log"]),
+        "log": said["log"],
         "start_time": said["start_time"],
         "verdict": said["verdicts"][0]["word"],
     }

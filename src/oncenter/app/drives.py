@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 
 from oncenter.files.whole_file import write_whole
 from oncenter.memory import TruckMemory, read_memory, write_memory
@@ -75,7 +74,7 @@ class Drives:
             {
                 "drive": number,
                 "start": said["start_time"],
-                "log": unquote(said["log"]),
+                "log": said["log"],
                 "offset": said["offset"]["value"],
                 "interval": said["offset"]["ci95_drive"],
                 "verdict": said["verdicts"][0],

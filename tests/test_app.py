@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import http.client
 import json
+import os
 import re
 import subprocess
 import sys
@@ -21,6 +22,7 @@ import numpy as np
 import polars as pl
 import pytest
 from browser import note_errors
+from live_drive import until
 
 import oncenter as oc
 from oncenter.signals import SignalName
@@ -100,9 +102,11 @@ class Page:
 
 
 @contextmanager
-def served(trucks: Path) -> Iterator[Page]:
-    command = [sys.executable, "-m", "oncenter", "app", "--no-browser", "--trucks", str(trucks)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+def served(trucks: Path, browser: Path | None = None) -> Iterator[Page]:
+    command = [sys.executable, "-m", "oncenter", "app", "--trucks", str(trucks)]
+    command += ["--no-browser"] if browser is None else []
+    environment = {**os.environ, "BROWSER": f"{browser} %s"}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
         assert process.stdout is not None
         opened = re.search(r"http://127\.0\.0\.1:(\d+)/\?key=([\w-]+)", process.stdout.readline())
         assert opened is not None
@@ -121,6 +125,25 @@ def log(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("logs") / "my drive.log"
     simulate_to_log("weave", 1, path)
     return path
+
+
+def test_the_command_line_of_the_browser_lets_in_one_and_neither_where_two_come(tmp_path: Path) -> None:
+    """Other users of the machine see it. The printed address still lets in whoever sees the terminal."""
+    browser, seen = tmp_path / "browser", tmp_path / "seen"
+    browser.write_text(f'#!/bin/sh\necho "$1" >{seen}.new && mv {seen}.new {seen}\n')
+    browser.chmod(0o700)
+    with served(tmp_path / "trucks", browser) as page:
+        until(seen.exists)
+        address = seen.read_text().strip()
+        assert page.key not in address
+        path = address.partition(str(page.port))[2]
+        client = http.client.HTTPConnection("127.0.0.1", page.port, timeout=20)
+        client.request("GET", path)
+        cookie = client.getresponse().getheader("Set-Cookie", "").partition(";")[0]
+        assert page.ask("GET", "/", Cookie=cookie)[0] == 200
+        assert b"was opened before" in page.ask("GET", path, Cookie=None)[1]
+        assert page.ask("GET", "/", Cookie=cookie)[0] == 403
+        assert page.ask("GET", "/")[0] == 200
 
 
 STRANGERS: tuple[tuple[str, dict[str, str | None]], ...] = (

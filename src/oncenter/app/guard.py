@@ -105,11 +105,13 @@ class Server(HTTPServer):
         super().handle_stream(stream, address)
 
 
-def server(handlers: list[Any], address: str, key: str, policy: str = POLICY) -> Server:
+def server(handlers: list[Any], address: str, key: str, policy: str = POLICY, ticket: str = "") -> Server:
     """
     Args:
         handlers: rows of tornado's Application, each a Guarded.
         address: at which it is served.
+        ticket: gets in once. Other users of the machine see the command line by which a browser is opened; if one of
+            them brings the ticket as well, it is good for nobody.
     """
     logging.getLogger("tornado").setLevel(logging.CRITICAL)  # a browser that leaves is no error
     application = Application(
@@ -118,6 +120,8 @@ def server(handlers: list[Any], address: str, key: str, policy: str = POLICY) ->
         log_function=lambda _: None,
         names=names_of(address),
         key=key,
+        by_ticket={ticket: new_key()} if ticket else {},  # its cookie; empty: used twice
+        unused={ticket},
         policy=policy,
         held=set(),
     )
@@ -148,15 +152,19 @@ class Guarded(RequestHandler):
         if not is_of_page(self.request, self.settings["names"]):
             await self._refused("other_page")
         cookie = f"oncenter-{self.stream().socket.getsockname()[1]}"  # two pages on two ports share their cookies
-        if self._is_key(self.get_query_argument("key", "")):
-            self.set_cookie(cookie, self.settings["key"], httponly=True, samesite="Lax", path="/")
+        ticket = self.get_query_argument("ticket", "")
+        if ticket in self.settings["by_ticket"] and ticket not in self.settings["unused"]:
+            self.settings["by_ticket"][ticket] = ""
+            await self._refused("opened_twice")
+        is_first = ticket in self.settings["by_ticket"]
+        if is_first or _is_one_of((self.settings["key"],), self.get_query_argument("key", "")):
+            self.settings["unused"].discard(ticket)
+            kept = self.settings["by_ticket"][ticket] if is_first else self.settings["key"]
+            self.set_cookie(cookie, kept, httponly=True, samesite="Lax", path="/")
             self.redirect("/")
             return
-        if not self._is_key(self.get_cookie(cookie, "")):
+        if not _is_one_of((self.settings["key"], *self.settings["by_ticket"].values()), self.get_cookie(cookie, "")):
             await self._refused("needs_key")
-
-    def _is_key(self, given: str) -> bool:
-        return secrets.compare_digest(given.encode(), self.settings["key"].encode())
 
     async def _refused(self, text: str) -> None:
         await asyncio.sleep(REFUSAL_S)
@@ -188,6 +196,10 @@ class Guarded(RequestHandler):
             self.finish(f"oncenter: {self._reason}\n")
         else:
             self.finish({"code": "page", "message": self._reason, "needs": []})
+
+
+def _is_one_of(keys: tuple[str, ...], given: str) -> bool:
+    return any(key and secrets.compare_digest(given.encode(), key.encode()) for key in keys)
 
 
 class _Nothing(Guarded):

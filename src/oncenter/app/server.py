@@ -43,13 +43,14 @@ _PRINT = b'<script>addEventListener("load", () => setTimeout(print, 1000))</scri
 _OF_REPORT = "sandbox allow-scripts allow-modals allow-downloads"
 
 
-def serve(folder: Path, port: int, opened: Callable[[str], None]) -> None:
+def serve(folder: Path, port: int, opened: Callable[[str, str], None]) -> None:
     """Serves the page until it is interrupted.
 
     Args:
         folder: of this user's trucks.
         port: 0 for any free one.
-        opened: called with the page's address, which contains the key.
+        opened: called with the page's address, which contains the key, and with one for the command line of a browser,
+            which others may see: it is good once.
 
     Raises:
         OncenterError: "web", exit code 2: the port cannot be used.
@@ -60,15 +61,16 @@ def serve(folder: Path, port: int, opened: Callable[[str], None]) -> None:
 
 
 async def _serve(
-    sockets: list[socket.socket], trucks: Trucks, uploads: Uploads, answers: Answers, opened: Callable[[str], None]
+    sockets: list[socket.socket], trucks: Trucks, uploads: Uploads, answers: Answers, opened: Callable[[str, str], None]
 ) -> None:
-    key = new_key()
-    _server(key, trucks, uploads, answers).add_sockets(sockets)
-    opened(url_of(_ADDRESS, sockets[0].getsockname()[1], key))
+    key, ticket = new_key(), new_key()
+    _server(key, ticket, trucks, uploads, answers).add_sockets(sockets)
+    url = url_of(_ADDRESS, sockets[0].getsockname()[1], key)
+    opened(url, url.replace(f"key={key}", f"ticket={ticket}"))
     await asyncio.Event().wait()
 
 
-def _server(key: str, trucks: Trucks, uploads: Uploads, answers: Answers) -> Server:
+def _server(key: str, ticket: str, trucks: Trucks, uploads: Uploads, answers: Answers) -> Server:
     places = {"trucks": trucks, "uploads": uploads, "answers": answers}
     of_truck = {"trucks": trucks, "uploads": uploads, "reading": asyncio.Lock()}
     return server(
@@ -92,6 +94,7 @@ def _server(key: str, trucks: Trucks, uploads: Uploads, answers: Answers) -> Ser
         ],
         _ADDRESS,
         key,
+        ticket=ticket,
     )
 
 

@@ -174,6 +174,8 @@ ENGLISH: Mapping[str, str] = {
     "this truck”. Else open “Another truck”, and choose the database of its network.",
     "local": "Everything stays on this computer: no log and no answer leaves it.",
     # A request that is refused, here and on the live page.
+    "opened_twice": "this address was opened before, perhaps by another user of this computer: open the page by the "
+    "address that oncenter printed",
     "needs_key": "open the page by the address that oncenter printed: it contains a key",
     "other_page": "this host name or this site is not allowed here",
     "nothing": "nothing is here",

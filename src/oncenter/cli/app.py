@@ -37,12 +37,12 @@ def app(
         return
     from oncenter.app.server import serve
 
-    def opened(address: str) -> None:
+    def opened(address: str, once: str) -> None:
         typer.echo(f"the page is at {address}; Ctrl-C ends it")
         if browser:
             import webbrowser
 
-            webbrowser.open(address)
+            webbrowser.open(once)
 
     _end_when_closed()
     serve(trucks or default_folder() / "trucks", port, opened)

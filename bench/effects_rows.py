@@ -235,7 +235,6 @@ VALID_MIN = {
     "accelerometer_drift": 0.5,
     "relearning": 10 / 24,
     "overlay_motor": 8 / 24,
-    "axle_set_up": 8 / 24,
     "pull": 14 / 24,
     "pull_and_wind": 10 / 24,
     "wind_moment": 0.2,

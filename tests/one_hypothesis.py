@@ -161,6 +161,7 @@ class Learner:
     unloading_mean: float = 0.0
     unloading_sd: float = 0.15
     crown: float = 0.0  # for which the axle may be set up
+    set_up_probability: float = 0.05
     yaw_rate_bias_sd: float = 0.02 * DEGREE
     memory_share: float | None = None  # None: short at first, as in the hypothesis set
 
@@ -169,6 +170,7 @@ class Learner:
         self.design = ffi.new("oc_hypothesis_design *")
         lib.oc_hypothesis_setup(self.design, STEP_S, RATIO, RATIO_TIMES_WHEELBASE, PULL_SD)
         self.design.prior_discount_max = 25.0  # as joint.c has it
+        self.design.known.set_up_probability = self.set_up_probability
         self.prior = ffi.new(
             "oc_prior *",
             {

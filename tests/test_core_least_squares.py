@@ -200,6 +200,25 @@ def test_the_interval_includes_an_axle_set_up_for_the_crown(unloading_sd: float)
     assert np.mean(held) > 0.93
 
 
+def test_of_an_unknown_side_the_interval_reaches_both_offsets_of_an_axle_set_up_for_the_crown() -> None:
+    """By Bayes over roads that fall to the right, a set-up axle, and roads that fall to the left. The mean bank less
+    the neutral acceleration decides, so an accelerometer's zero error changes nothing."""
+    crown, sd = 0.2, 0.1
+    learner = Learner(Play(half_width=3.5 * DEGREE, unloading=0.1), 0.1, unloading_sd=0.3, crown=crown)
+    h = learner.learn(driven(5, learner.play, 400)).h
+    effect = RATIO * h.gradient * crown
+    for fell in np.linspace(-0.5, 0.5, 21):  # of the roads, by the mean bank less the neutral acceleration
+        learner.prior.bank, learner.prior.bank_sd = h.unloading + fell, sd
+        learner.solve()
+        spread = math.sqrt(sd**2 + PULL_SD**2 + h.variances.of[lib.OC_OF_UNLOADING])
+        likely = np.array([0.475, 0.05, 0.475]) * stats.norm.pdf(fell, [crown, 0.0, -crown], spread)
+        probability = likely[1] / likely.sum()
+        reach = 1.96 * math.sqrt(h.set_up_variance) / effect
+        assert (reach > 0.98) == (probability > 0.075), fell
+        assert (reach == 0.0) == (probability < 0.025), fell
+        assert reach < 1.1
+
+
 def test_an_unlikely_axle_set_up_does_not_widen_the_interval() -> None:
     """The neutral acceleration is slightly on the other side of the accelerometer's zero."""
     learner = Learner(Play(half_width=3.5 * DEGREE, unloading=0.1), 0.1, unloading_sd=0.1, crown=0.2)

@@ -238,7 +238,7 @@ def test_each_cause_not_identifiable_from_one_drive_comes_with_its_prior() -> No
     configured = TABLE_2.model_copy(
         update={"params": {"pull_sd_m_s2": 0.0, "wind_sd_m_s2": 0.03}, "traffic_side": None}
     )
-    (wind,) = oc.offset(thesis_drive(), configured).to_dict()["offset"]["not_identifiable"]
+    wind, _ = oc.offset(thesis_drive(), configured).to_dict()["offset"]["not_identifiable"]
     assert (wind["cause"], wind["prior"]["sd_m_s2"]) == ("mean_wind", 0.03)
     assert wind["prior"]["source"].endswith("given, parameter wind_sd_m_s2")
 
@@ -265,7 +265,8 @@ def test_joint_is_the_default_method() -> None:
 def test_the_words_begin_with_the_offset_and_its_uncertainty() -> None:
     answer = oc.offset(thesis_drive(yaw_rate_bias_deg_s=0.2), TABLE_2)
     said = re.fullmatch(
-        r"straight-ahead offset (\S+) deg ± (\S+) from this drive; a pull or crosswind can add ± (\S+) deg; "
+        r"straight-ahead offset (\S+) deg ± (\S+) from this drive; "
+        r"a pull, crosswind or axle set up for the crown can add ± (\S+) deg; "
         r"the steering has (\S+) deg of play; "
         r"corrected for a gyro bias of (\S+) deg/s; (\d+) of 30 minutes usable(, \d+ rejected for .+)?",
         answer.words(),

@@ -300,6 +300,16 @@ def test_an_axle_set_up_for_the_crown_explains_a_neutral_acceleration_where_traf
     assert "1.5 deg higher" in left
 
 
+def test_an_axle_that_may_be_set_up_for_a_crown_to_either_side_is_a_warning() -> None:
+    effect = 7.5 * 0.2  # deg, by the crown of 2 %
+    likely = {"offset_parts": parts(0.1, set_up=0.5 * effect)}
+    found = findings(traffic_sign=0.0, **likely)["axle_may_be_set_up"]
+    assert (found.severity, found.unit) == ("warning", "deg") and found.value == pytest.approx(effect)
+    assert f"1 truck in 20): then the offset is {effect:.1f} deg lower or higher" in found.text
+    assert "axle_may_be_set_up" not in findings(traffic_sign=1.0, **likely)
+    assert "axle_may_be_set_up" not in findings(traffic_sign=0.0, offset_parts=parts(0.1, set_up=0.4 * effect))
+
+
 def test_roads_that_contradict_the_traffic_side_are_a_warning() -> None:
     """Relative to the neutral lateral acceleration, so that the accelerometer's zero cancels."""
     for zero in (0.0, 0.3):
@@ -449,11 +459,11 @@ def test_a_wide_prior_is_not_counted_as_measurement_scatter() -> None:
         assert "a pull by the wheel alignment (±2.7)" in text and "measurement scatter ±0.1" in text
 
 
-def test_an_axle_set_up_for_the_crown_widens_the_interval_where_traffic_side_is_given() -> None:
+def test_an_axle_set_up_for_the_crown_widens_the_interval() -> None:
     axle = parts(0.1, pull=0.3, set_up=0.9)
     text = interval(offset_parts=axle, traffic_sign=1.0)
     assert "an axle set up for the road crown (±1.8) or a pull by the wheel alignment (±0.6)" in text
-    assert "axle" not in interval(offset_parts=axle, traffic_sign=0.0)
+    assert "axle" in interval(offset_parts=axle, traffic_sign=0.0)
 
 
 def test_the_uncertainty_of_the_drive_is_named_by_its_causes() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from one_hypothesis import SAMPLES, WIDTH_TERM, WINDUP_TERM, Learner, Play, driv
 import oncenter as oc
 from oncenter import _core
 from oncenter._native import lib
+from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate import Truth
 from oncenter.vehicle import Vehicle, core_of, vehicle_from
@@ -26,7 +28,7 @@ TRUCK = {
 PULL_M_S2 = -0.085  # of `pulls`, as the simulator has it without noise
 
 
-def truck(**known: float) -> Vehicle:
+def truck(**known: Any) -> Vehicle:
     return vehicle_from({**TRUCK, **known}, "truck.toml")
 
 
@@ -102,6 +104,35 @@ def test_with_a_configured_pull_no_axle_set_up_for_the_crown_is_assumed(tmp_path
     assert sd_by("axle_set_up", oc.offset(signals, truck())) > 0.3 * DEGREE
     known = oc.offset(signals, truck(pull_m_s2=0.0, pull_sd_m_s2=0.02))
     assert sd_by("axle_set_up", known) == 0.0
+
+
+def test_an_axle_set_up_for_the_crown_makes_no_valid_offset_until_the_vehicle_file_has_it(tmp_path: Path) -> None:
+    """A healthy axle unloads off the mean bank, one that is set up unloads on it: two offsets, an i K of the crown
+    apart."""
+    signals, truth = drive(tmp_path, "thesis_drive", 1, 900.0, "backlash_deg = 8.0\nunloads_on_crown_percent = 2.0")
+    unknown = oc.offset(signals, truck(traffic_side=None))
+    assert unknown.offset.status == "converging" and holds(unknown, offset_to_find(truth))
+    assert "axle_may_be_set_up" in {finding.code for finding in unknown.findings}
+    known = oc.offset(signals, truck(set_up_for_crown=True))
+    assert known.offset.status == "valid" and known.offset.value is not None
+    assert abs(known.offset.value - offset_to_find(truth)) < 0.3 * DEGREE
+    healthy = oc.offset(signals, truck(traffic_side=None, set_up_for_crown=False))
+    assert healthy.offset.status == "valid" and sd_by("axle_set_up", healthy) == 0.0
+
+
+def test_a_set_up_for_the_crown_needs_the_side_of_traffic_and_no_pull() -> None:
+    with pytest.raises(OncenterError, match="'set_up_for_crown' needs 'traffic_side'"):
+        truck(traffic_side=None, set_up_for_crown=True)
+    with pytest.raises(OncenterError, match="the pull contains the set-up"):
+        truck(set_up_for_crown=True, pull_m_s2=0.1, pull_sd_m_s2=0.02)
+
+
+def test_the_set_up_of_a_vehicle_file_is_that_of_the_parameters() -> None:
+    params = _core.default_params()
+    known = truck(set_up_for_crown=True).params
+    assert known["known_pull_m_s2"] == params["crown_m_s2"]
+    assert known["known_pull_sd_m_s2"] == params["pull_sd_m_s2"]
+    assert truck(traffic_side="left", set_up_for_crown=True).params["known_pull_m_s2"] == -params["crown_m_s2"]
 
 
 def test_a_configured_pull_shifts_the_estimated_angle_like_the_offset(tmp_path: Path) -> None:

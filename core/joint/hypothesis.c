@@ -31,7 +31,6 @@ void oc_hypothesis_setup(oc_hypothesis_design *design, double step_s, double ste
     const oc_term_prior *gradient = &oc_joint_priors()[GRADIENT];
     design->known = (oc_known_truck){
         .width_sd = oc_joint_priors()[WIDTH].sd,
-        .set_up_share = 1.0f,
         .wheelbase = {1.0f, 0.0f},
         .gradient = {1.0f, gradient->mean / gradient->sd},
     };

@@ -22,7 +22,8 @@ typedef struct {
     float unloading_mean;   /* m/s^2, of a_0: accelerometer bias plus a given pull */
     float unloading_sd;     /* m/s^2 */
     float zero_information; /* 1/(m/s^2)^2, of a_0 about 0, by a torque sensor's zero; 0: none */
-    float crown;            /* m/s^2, for which an axle may be set up */
+    float crown;            /* m/s^2, for which an axle may be set up; its size where the side of traffic is unknown */
+    float bank, bank_sd;    /* m/s^2, mean of a_y - r v, and the sd of the crown in it; sd 0: the side is known */
     float yaw_rate_bias_sd; /* rad/s, of the yaw rate bias that was corrected */
 } oc_prior;
 
@@ -36,7 +37,7 @@ typedef struct {
     float play, play_accuracy; /* rad, width of play plus wind-up; 1/rad, 1 over its sd, 0: not given */
     float width_sd;            /* rad, of the width while only one flank was loaded */
     float pull;                /* m/s^2, mean */
-    float set_up_share;        /* 1: the axle may be set up for the crown; 0: the pull is given */
+    float set_up_probability;  /* of an axle set up for the crown; 0: the pull is given */
     float product_doubt;       /* share, 2 sd, by which i L may differ from the vehicle's; 0: a vehicle file's error */
     oc_term_information wheelbase, gradient;
 } oc_known_truck;

@@ -24,7 +24,8 @@ static const float front_slip = 0.7f * 0.017453292f; /* rad/(m/s^2): slip of the
 static const float road_max = 0.6f; /* m/s^2: distance of a_0 from its prior that roads explain */
 static const float prior_cost_max = 8.0f; /* maximum cost for a_0's distance from its prior */
 static const float two_ends_share = 0.15f; /* variance of an interval between two offsets, over the squared distance */
-static const float set_up_odds = 18.0f; /* odds against an axle set up for the crown */
+/* prior probability of roads that fall to the other side than that of traffic */
+static const float other_side_probability = 0.05f;
 /* end */
 
 /* Compiles only if the terms are in the order that is used here: the noise is removed from the factor's last rows,
@@ -157,13 +158,27 @@ float oc_likelihood(float x) {
 }
 
 /* Share of the offset of an axle set up for the crown that the interval includes, 0 to 1: by Bayes over three normals
- * about m, m + c and m + 2 c (docs/method.md, "An axle set up for the crown"). `deviation` is a_0 - m. */
-static float crown_setup_share(float deviation, float crown, float variance) {
+ * about m, m + c and m + 2 c (docs/method.md, "An axle set up for the crown"). `deviation` is a_0 - m; the
+ * probabilities are of such an axle and of roads that fall to the other side, m + 2 c. */
+static float crown_setup_share(float deviation, float crown, float variance, float set_up, float other_side) {
     static const float probability_low = 0.025f, probability_high = 0.075f; /* one tail of 95 %, and three */
     const float per = crown / variance;
-    const float other_side = oc_likelihood(oc_max(per * (crown - deviation), -8.0f)); /* likelihood ratio */
-    const float likely = 1.0f / (1.0f + oc_likelihood(0.5f * per * crown) * (set_up_odds / other_side + other_side));
+    const float ratio = oc_likelihood(oc_clamp(per * (crown - deviation), -8.0f, 8.0f)); /* of likelihoods */
+    const float sides = (1.0f - set_up - other_side) / ratio + other_side * ratio;
+    const float likely = set_up / (set_up + oc_likelihood(0.5f * per * crown) * sides);
     return oc_clamp((likely - probability_low) / (probability_high - probability_low), 0.0f, 1.0f);
+}
+
+/* The same of a hypothesis. Where the side of traffic is unknown, a_0 is compared with the mean bank, which a crown to
+ * either side puts c away from a healthy axle's a_0, whatever the accelerometer's bias. */
+static float set_up_share_of(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior) {
+    const bool either_side = prior->bank_sd > 0.0f;
+    const float set_up = design->known.set_up_probability;
+    const float other_side = either_side ? 0.5f * (1.0f - set_up) : other_side_probability;
+    const float sd = either_side ? prior->bank_sd : prior->unloading_sd;
+    const float variance = sd * sd + design->pull_sd * design->pull_sd + h->variances.of[OC_OF_UNLOADING];
+    const float mean = either_side ? prior->bank - prior->crown : prior->unloading_mean;
+    return crown_setup_share(h->unloading - mean, prior->crown, variance, set_up, other_side);
 }
 
 /* Variance of o = constant + i K (a_0 - pull) by the terms; the weights are its gradient. */
@@ -203,13 +218,14 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     const float deviation = h->unloading - prior->unloading_mean;
     const float spread = prior->unloading_sd * prior->unloading_sd + pull_prior + variance;
     const float set_up = of_bias * identified * prior->crown; /* of such an axle, attributed to bias */
-    const float likely_set_up = crown_setup_share(deviation, prior->crown, spread) * set_up;
-    const float set_up_variance = two_ends_share * likely_set_up * set_up;
+    const float likely_set_up = set_up_share_of(h, design, prior) * set_up;
+    const bool either_side = prior->bank_sd > 0.0f; /* the interval reaches as far on both sides */
+    const float set_up_variance = (either_side ? 2.0f : 1.0f) * two_ends_share * likely_set_up * set_up;
     /* i K with a minimum K: on some motorways bends are attributed to play */
     const float per_pull = design->steering_ratio * oc_max(h->gradient, gradient_min);
     const float per_pull_squared = per_pull * per_pull;
     h->prior_cost = oc_min(0.5f * deviation * deviation / spread, prior_cost_max);
-    h->set_up_lean = -0.5f * per_pull * likely_set_up;
+    h->set_up_lean = either_side ? 0.0f : -0.5f * per_pull * likely_set_up;
     h->lean = per_pull * (of_bias * deviation - deviation) + h->set_up_lean;
     h->per_acceleration = per_pull * identified;
     h->pull_variance = per_pull_squared * oc_min(beyond, pull);

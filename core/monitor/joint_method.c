@@ -63,7 +63,11 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
                      slope_sd * slope_sd / stops + by_share * by_share + since);
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
-    prior.crown = crown * known->set_up_share;
+    prior.crown = known->set_up_probability > 0.0f ? crown + unknown_side : 0.0f;
+    if (side == 0.0f && evidence->joint.bank_samples > 0.0) {
+        prior.bank = (float)evidence->joint.bank_mean;
+        prior.bank_sd = sqrtf(crown_sd * crown_sd + turning * turning);
+    }
     prior.zero_information = oc_torque_zero_information(&evidence->torque, &c->torque);
     prior.unloading_mean = estimate.bias + known->pull;
     prior.unloading_sd = sqrtf(estimate.bias_variance > variance_min ? estimate.bias_variance : variance_min);

@@ -90,6 +90,7 @@ static float product_doubt_of(const oc_params *p) {
 /* The given values of the truck replace the model's priors. */
 static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     oc_known_truck *known = &design->known;
+    known->set_up_probability = (float)p->set_up_probability_1;
     if (p->known_play_sd_rad > 0.0) {
         const float sd = oc_max((float)p->known_play_sd_rad, play_sd_min);
         known->play = (float)p->known_play_rad;
@@ -108,7 +109,7 @@ static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     }
     if (p->known_pull_sd_m_s2 > 0.0) {
         known->pull = (float)p->known_pull_m_s2;
-        known->set_up_share = 0.0f;
+        known->set_up_probability = 0.0f;
     }
 }
 

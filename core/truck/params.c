@@ -59,6 +59,7 @@ static const oc_params defaults = {
     .wind_sd_m_s2 = 0.02,
     .crown_m_s2 = 0.2,
     .crown_sd_m_s2 = 0.1,
+    .set_up_probability_1 = 0.05,
     .standing_crown_share_1 = 0.5,
     .standing_slope_sd_m_s2 = 0.2,
     .tandem_side_force_m2_s2 = 0.0,
@@ -139,6 +140,7 @@ static const struct {
     {0.0f, 10.0f}, /* wind_sd_m_s2 */
     {0.0f, 2.0f}, /* crown_m_s2 */
     {0.001f, 10.0f}, /* crown_sd_m_s2 */
+    {0.0f, 0.5f}, /* set_up_probability_1 */
     {0.0f, 1.0f}, /* standing_crown_share_1 */
     {0.001f, 10.0f}, /* standing_slope_sd_m_s2 */
     {0.0f, 100.0f}, /* tandem_side_force_m2_s2 */
@@ -214,11 +216,12 @@ static const char *const names[] = {
     "joint_curvature_max_1_m", "joint_lateral_acceleration_max_m_s2", "joint_longitudinal_acceleration_max_m_s2",
     "joint_bank_change_max_m_s2", "joint_memory_s", "joint_evidence_min_s", "offset_drive_half_width_max_rad",
     "accelerometer_bias_sd_m_s2", "accelerometer_wander_sd_m_s2", "pull_sd_m_s2", "wind_sd_m_s2", "crown_m_s2",
-    "crown_sd_m_s2", "standing_crown_share_1", "standing_slope_sd_m_s2", "tandem_side_force_m2_s2", "known_play_rad",
-    "known_play_sd_rad", "known_understeer_gradient_rad_m_s2", "known_understeer_gradient_sd_rad_m_s2",
-    "known_wheelbase_share_1", "known_wheelbase_share_sd_1", "known_pull_m_s2", "known_pull_sd_m_s2",
-    "known_accelerometer_bias_m_s2", "known_accelerometer_bias_sd_m_s2", "known_yaw_rate_bias_rad_s",
-    "known_yaw_rate_bias_sd_rad_s", "torque_slope_n_m_m_s2", "torque_zero_sd_n_m", "torque_for_accelerometer_1",
+    "crown_sd_m_s2", "set_up_probability_1", "standing_crown_share_1", "standing_slope_sd_m_s2",
+    "tandem_side_force_m2_s2", "known_play_rad", "known_play_sd_rad", "known_understeer_gradient_rad_m_s2",
+    "known_understeer_gradient_sd_rad_m_s2", "known_wheelbase_share_1", "known_wheelbase_share_sd_1", "known_pull_m_s2",
+    "known_pull_sd_m_s2", "known_accelerometer_bias_m_s2", "known_accelerometer_bias_sd_m_s2",
+    "known_yaw_rate_bias_rad_s", "known_yaw_rate_bias_sd_rad_s", "torque_slope_n_m_m_s2", "torque_zero_sd_n_m",
+    "torque_for_accelerometer_1",
     /* end */
     "method",
     "angle_method",

@@ -52,6 +52,8 @@ UNKNOWN_TRUCK = "unknown truck"  # without a vehicle file
 _FACTORS = {"wheelbase_m": (1.0, 20.0), "steering_ratio": (1.0, 60.0)}  # of the product, with the core's limits
 _PRODUCT_SD = "known_wheelbase_share_sd_1"
 _PRODUCT_SD_1 = {1: 0.15, 2: 0.3}
+_TRAFFIC_SIGNS = {"right": 1.0, "left": -1.0}  # of the lateral acceleration on roads that fall to that side
+_CROWN_M_S2, _PULL_SD_M_S2 = 0.2, 0.05  # of an axle set up for the crown: crown_m_s2 and pull_sd_m_s2 by default
 _ANGLE = "steering_wheel_angle"
 _MAY_LACK_ITS_SD = "understeer_gradient_deg_m_s2"  # `oncenter.budget` takes it alone
 _BOUNDED_BY = {  # params with a closer limit than their range, set by another param
@@ -115,6 +117,7 @@ class Vehicle(BaseModel):
     play_sd_deg: Annotated[Number, bounds("play_sd_deg")] | None = None
     pull_m_s2: Annotated[Number, bounds("pull_m_s2")] | None = None
     pull_sd_m_s2: Annotated[Number, bounds("pull_sd_m_s2")] | None = None
+    set_up_for_crown: Annotated[bool, Field(strict=True)] | None = None
     accelerometer_bias_m_s2: Annotated[Number, bounds("accelerometer_bias_m_s2")] | None = None
     accelerometer_bias_sd_m_s2: Annotated[Number, bounds("accelerometer_bias_sd_m_s2")] | None = None
     yaw_rate_bias_deg_s: Annotated[Number, bounds("yaw_rate_bias_deg_s")] | None = None
@@ -153,6 +156,23 @@ class Vehicle(BaseModel):
             return values
         tandem = {"tandem_side_force_m2_s2": ANY_SIDE_FORCE_M2_S2} if values.get("axle_layout") is None else {}
         return values | {"params": {_PRODUCT_SD: _PRODUCT_SD_1[lacks], **tandem, **values.get("params", {})}}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _set_up(cls, values: Any) -> Any:
+        """Sets the params of an axle that is, or is not, set up for the crown."""
+        if not isinstance(values, dict) or not isinstance(values.get("params", {}), Mapping):
+            return values
+        is_set_up, side = values.get("set_up_for_crown"), values.get("traffic_side")
+        if is_set_up is not True:
+            given = {"set_up_probability_1": 0.0} if is_set_up is False else {}
+        elif side not in _TRAFFIC_SIGNS:
+            raise ValueError("'set_up_for_crown' needs 'traffic_side': the crown falls to that side")
+        elif values.get("pull_m_s2") is not None:
+            raise ValueError("give 'set_up_for_crown' or 'pull_m_s2': the pull contains the set-up")
+        else:
+            given = {"known_pull_m_s2": _CROWN_M_S2 * _TRAFFIC_SIGNS[side], "known_pull_sd_m_s2": _PULL_SD_M_S2}
+        return values | {"params": {**given, **values.get("params", {})}} if given else values
 
     @model_validator(mode="after")
     def _note_assumed(self) -> Vehicle:
@@ -246,7 +266,7 @@ class Vehicle(BaseModel):
     @property
     def traffic_sign(self) -> float:
         """1 where roads fall to the right, -1 where they fall to the left, 0 where the side is not given."""
-        return {"right": 1.0, "left": -1.0, None: 0.0}[self.traffic_side]
+        return _TRAFFIC_SIGNS.get(self.traffic_side or "", 0.0)
 
     @property
     def signal_names(self) -> dict[str, SignalName]:

@@ -255,6 +255,14 @@ KEYS: dict[str, Key] = {
         ),
         Key("pull_sd_m_s2", _SD.format("pull_m_s2"), 0.03, unit="m/s^2", low=0.001, high=10.0, without="none"),
         Key(
+            "set_up_for_crown",
+            "Whether the front axle is set up so that the truck drives straight on a road crown of 2 %. It needs "
+            "`traffic_side`.",
+            False,
+            where="The workshop that aligned the front axle.",
+            without="one axle in twenty is",
+        ),
+        Key(
             "accelerometer_bias_m_s2",
             f"Reading of the lateral accelerometer on level ground, positive to the left. {_PRIOR}",
             0.0,

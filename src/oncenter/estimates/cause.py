@@ -9,11 +9,9 @@ from typing import Any, Literal
 
 from oncenter import _core
 from oncenter.signals import DEGREE
-from oncenter.tuned import TUNED
 
 Name = Literal["pull", "mean_wind", "axle_set_up", "axle_layout"]
 
-_SET_UP_PROBABILITY = 1.0 / (2.0 + TUNED["hypothesis_equations.set_up_odds"])
 _PER_ACCELERATION_MIN = 1e-6  # rad/(m/s^2): below it no lateral force changes the offset
 _IN_WORDS: Mapping[Name, str] = {
     "pull": "pull",
@@ -96,9 +94,11 @@ def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_s
         if prior.sd_m_s2 > 0.0:
             yield Cause(name, _shift(sd_rad, per, prior), sd_rad, prior)
     crown = params["crown_m_s2"]
-    if traffic_sign != 0.0 and crown > 0.0 and params["use_accelerometer"] and not has_pull:
-        sd_m_s2 = crown * math.sqrt(_SET_UP_PROBABILITY * (1.0 - _SET_UP_PROBABILITY))
-        about = f"one axle in twenty is set up for a crown of {crown:g} m/s^2"
+    probability = params["set_up_probability_1"]
+    if crown > 0.0 and probability > 0.0 and params["use_accelerometer"] and not has_pull:
+        sides = 1.0 - probability if traffic_sign != 0.0 else 1.0  # of an unknown side the mean shift is zero
+        sd_m_s2 = crown * math.sqrt(probability * sides)
+        about = f"{100.0 * probability:g} axles in 100 are set up for a crown of {crown:g} m/s^2"
         prior = Prior(sd_m_s2, f"{about}: {_origin('crown_m_s2', params)}")
         yield Cause("axle_set_up", _shift(parts["set_up_sd"], per, prior), parts["set_up_sd"], prior)
 

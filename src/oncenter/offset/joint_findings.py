@@ -39,6 +39,7 @@ _CAUSES: Mapping[Name, str] = {
 _WHEELBASE_REPORTED_FROM = 0.04  # share: tyres and payload change the one of (10) by less
 _MOVES_FROM = 2  # changes: nobody remounts a sensor twice in a drive
 _LISTED_MAX = 8  # offsets in a finding
+SET_UP_LIKELY = TUNED["joint_verdict.set_up_likely"]
 _LOADED_FROM_S = 0.5  # less is printed as "to the left only"
 
 
@@ -61,6 +62,7 @@ def joint_findings(
     other_side = _crown(native, params, traffic_sign)
     yield _unloading(native, params, steering_ratio, 0.0 if other_side else traffic_sign)
     yield other_side
+    yield _may_be_set_up(native, params, traffic_sign)
     yield _accelerometer_moves(native, params)
     yield unknown_truck(native, vehicle)
     yield None if vehicle.assumed else _wheelbase(native, steering_ratio, vehicle.wheelbase_m)
@@ -226,6 +228,24 @@ def _unloading(
 
 def _lower(by_deg: float) -> str:
     return f"{abs(by_deg):.1f} deg {'lower' if by_deg > 0 else 'higher'}"
+
+
+@finding("axle_may_be_set_up", "warning", "deg")
+def _may_be_set_up(
+    found: Kind, native: _core.OcAnswer, params: Mapping[str, float], traffic_sign: float
+) -> Finding | None:
+    """Roads that are level where the steering is free of lateral force, and no side of traffic."""
+    parts = native["offset_parts"]
+    effect = parts["per_acceleration"] * params["crown_m_s2"]
+    if traffic_sign != 0.0 or effect <= 0.0 or parts["set_up_sd"] <= SET_UP_LIKELY * effect:
+        return None
+    return found(
+        "the steering is free of lateral force on the mean slope of these roads. Either they are level, or the "
+        f"front axle is set up for the road crown (1 truck in {1.0 / params['set_up_probability_1']:.0f}): then the "
+        f"offset is {effect / DEGREE:.1f} deg lower or higher, so it is not valid. Give 'traffic_side' in the "
+        "vehicle file, and 'set_up_for_crown' as the workshop has set it, or drive on other roads",
+        effect / DEGREE,
+    )
 
 
 @finding("roads_fall_to_other_side", "warning", "%")

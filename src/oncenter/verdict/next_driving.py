@@ -33,7 +33,7 @@ class Driving(NamedTuple):
 def next_driving(answer: Estimates) -> Driving:
     """The most pressing lack first."""
     lacks = (_values(answer), _signal(answer), _speed(answer), _gate(answer), _accelerometer(answer), _loading(answer))
-    others = (_evidence(answer), _tighter_bends(answer), _settled(answer), _narrower(answer))
+    others = (_evidence(answer), _side(answer), _tighter_bends(answer), _settled(answer), _narrower(answer))
     found = next(filter(None, (*lacks, *others)), None)
     return found or Driving(f"drive 10 more minutes {_both_sides(answer)}", _why_not_valid(answer))
 
@@ -128,6 +128,14 @@ def _evidence(answer: Estimates) -> Driving | None:
     if not is_of_speed:
         why += f", {answer.rejected_s[reason]:.0f} s were rejected for {reason.replace('_', ' ')}"
     return Driving(f"drive {minutes(lacking_s)} {how}, {_both_sides(answer)}", f"{why}.")
+
+
+def _side(answer: Estimates) -> Driving | None:
+    """An axle that may be set up for a crown to either side."""
+    finding = finding_of(answer, "axle_may_be_set_up")
+    if finding is None:
+        return None
+    return Driving("give 'traffic_side' in the vehicle file, or drive on other roads", _sentence(finding.text))
 
 
 def _tighter_bends(answer: Estimates) -> Driving | None:

@@ -34,6 +34,7 @@ from scipy import stats
 
 from oncenter._native import lib
 from oncenter.signals import DEGREE
+from oncenter.tuned import TUNED
 
 
 def prior_of(play: Play, learner: Learner) -> tuple[Array, Array]:
@@ -198,6 +199,28 @@ def test_the_interval_includes_an_axle_set_up_for_the_crown(unloading_sd: float)
     assert min(held) > 0.90
     assert max(held) < 0.98
     assert np.mean(held) > 0.93
+
+
+@pytest.mark.parametrize("apart", [0.0, 0.1, 0.3])
+def test_pull_and_wind_have_a_tail_that_grows_with_the_distance_from_the_prior(apart: float) -> None:
+    """A mixture of two normals: the answer is that of one normal with the mixture's variance, by Bayes."""
+    learner = Learner(Play(half_width=3.5 * DEGREE, unloading=0.1), 0.1, unloading_sd=0.1)
+    h = learner.learn(driven(5, learner.play, 400)).h
+    learner.design.known.pull_tail, wider = 0.1, TUNED["hypothesis_equations.wide_pull"]
+    learner.prior.unloading_mean = h.unloading - apart
+    learner.solve()
+    mixed = (h.lean, h.pull_variance)
+    spread = 0.1**2 + h.variances.of[lib.OC_OF_UNLOADING]
+    away = h.unloading - learner.prior.unloading_mean
+    likely = [
+        share * stats.norm.pdf(away, 0.0, math.sqrt(spread + (size * PULL_SD) ** 2))
+        for share, size in ((0.9, 1.0), (0.1, wider))
+    ]
+    wide = likely[1] / sum(likely)
+    assert wide > (0.2 if apart == 0.3 else 0.05)
+    learner.design.known.pull_tail, learner.design.pull_sd = 0.0, PULL_SD * math.sqrt(1.0 + wide * (wider**2 - 1.0))
+    learner.solve()
+    assert mixed == pytest.approx((h.lean, h.pull_variance), rel=0.03, abs=1e-9)
 
 
 def test_of_an_unknown_side_the_interval_reaches_both_offsets_of_an_axle_set_up_for_the_crown() -> None:

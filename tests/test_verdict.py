@@ -129,6 +129,17 @@ def test_a_pull_that_is_only_possible_is_a_second_line_and_does_not_decide(answe
     assert "could add" not in about_offset(with_offset(answer, 4.0, 0.1, 0.9)).note
 
 
+def test_a_strong_wind_is_named_where_it_would_explain_an_offset_over_the_limit(answer: Answer) -> None:
+    """0.2 m/s^2 at 7.5 deg per m/s^2: 1.5 deg."""
+    wind = Cause("mean_wind", 0.02, 0.1 * DEGREE, Prior(0.02, ""))
+    windy = {"not_identifiable": (wind,), "offset_per_acceleration": 7.5 * DEGREE}
+    named = "A strong wind from one side during the whole drive, or a large pull, could explain it (± 1.5 deg)"
+    for value, is_named in ((3.4, True), (-3.4, True), (3.7, False), (1.0, False)):
+        found = about_offset(replace(with_offset(answer, value, 0.1, 0.15), **windy))
+        assert (named in found.note) == is_named, value
+        assert found.state == ("within" if value == 1.0 else "recalibrate")
+
+
 def test_a_measured_pull_says_align_first(answer: Answer) -> None:
     pulling = replace(with_offset(answer, 2.5, 0.1, 0.9), pull=Pull(0.2, 0.03, 1.6))
     found = about_offset(pulling)

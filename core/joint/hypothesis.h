@@ -37,6 +37,7 @@ typedef struct {
     float play, play_accuracy; /* rad, width of play plus wind-up; 1/rad, 1 over its sd, 0: not given */
     float width_sd;            /* rad, of the width while only one flank was loaded */
     float pull;                /* m/s^2, mean */
+    float pull_tail;           /* probability of a wide pull or wind; 0: the pull is given */
     float set_up_probability;  /* of an axle set up for the crown; 0: the pull is given */
     float product_doubt;       /* share, 2 sd, by which i L may differ from the vehicle's; 0: a vehicle file's error */
     oc_term_information wheelbase, gradient;

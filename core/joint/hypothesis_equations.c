@@ -23,6 +23,7 @@ static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): minimum g
 static const float front_slip = 0.7f * 0.017453292f; /* rad/(m/s^2): slip of the front wheels per front tyre force */
 static const float road_max = 0.6f; /* m/s^2: distance of a_0 from its prior that roads explain */
 static const float prior_cost_max = 8.0f; /* maximum cost for a_0's distance from its prior */
+static const float wide_pull = 2.5f; /* sd of a wide pull or wind over that of a usual one */
 static const float two_ends_share = 0.15f; /* variance of an interval between two offsets, over the squared distance */
 /* prior probability of roads that fall to the other side than that of traffic */
 static const float other_side_probability = 0.05f;
@@ -194,6 +195,18 @@ static float variance_of_offset(const oc_hypothesis *h, const oc_hypothesis_desi
     return oc_triangle_variance(equations->lower, equations->inverse, 0, weights);
 }
 
+/* Variance of pull and wind, (m/s^2)^2, by a mixture of two normals: those of one truck in ten have a wider one, the
+ * more probable the farther a_0 is from its prior. `others`: variance of a_0 without pull and wind. */
+static float pull_variance(const oc_hypothesis_design *design, float deviation, float others) {
+    const float wider = wide_pull * wide_pull;
+    const float narrow = design->pull_sd * design->pull_sd, tail = design->known.pull_tail;
+    const float narrow_spread = others + narrow, wide_spread = others + wider * narrow;
+    const float cost = 0.5f * deviation * deviation * (1.0f / narrow_spread - 1.0f / wide_spread);
+    const float wide_density = tail * sqrtf(narrow_spread / wide_spread);
+    const float wide = wide_density / (wide_density + (1.0f - tail) * oc_likelihood(cost));
+    return narrow * (1.0f + wide * (wider - 1.0f));
+}
+
 /* o = constant + i K (a_0 - pull), with constant = mean(y) - mean(X) x for the solution x of the normal equations. */
 static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior,
                         const oc_equations *equations) {
@@ -209,14 +222,16 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     const float squared_scale = scale * scale;
     const float bias = squared_scale / (equations->information[UNLOADING] - prior->zero_information * squared_scale);
     const float little = oc_max(1.0f - 2.0f * h->play.half_width / oc_joint_little_play(), 0.0f);
-    const float variance = h->variances.of[OC_OF_UNLOADING], pull_prior = design->pull_sd * design->pull_sd;
+    const float variance = h->variances.of[OC_OF_UNLOADING];
+    const float deviation = h->unloading - prior->unloading_mean;
+    const float others = prior->unloading_sd * prior->unloading_sd + variance;
+    const float pull_prior = pull_variance(design, deviation, others);
     const float remaining = oc_min(variance + little * bias, bias);
     const float identified = 1.0f - remaining / bias;
     const float pull = pull_prior * identified;
     const float of_bias = bias / (bias + pull);
     const float beyond = oc_max(of_bias * (remaining + pull) - variance, 0.0f);
-    const float deviation = h->unloading - prior->unloading_mean;
-    const float spread = prior->unloading_sd * prior->unloading_sd + pull_prior + variance;
+    const float spread = others + design->pull_sd * design->pull_sd;
     const float set_up = of_bias * identified * prior->crown; /* of such an axle, attributed to bias */
     const float likely_set_up = set_up_share_of(h, design, prior) * set_up;
     const bool either_side = prior->bank_sd > 0.0f; /* the interval reaches as far on both sides */

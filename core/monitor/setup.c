@@ -18,6 +18,8 @@ static const float wheelbase_sd_min = 1e-3f; /* share */
 static const double new_clock_s = 1.0; /* s: ticks in order until a clock counts as set back */
 static const double yaw_lag_s = 0.04; /* s: lag of the yaw rate behind the wheel */
 static const float unknown_sd_min = 0.1f; /* sd from which the prior of i L is that of an unknown truck, as a share */
+/* probability of a pull or a wind of hypothesis_equations.wide_pull times its sd */
+static const float pull_tail = 0.1f;
 /* end */
 
 static bool is_between(double value, float low, float high) {
@@ -91,6 +93,7 @@ static float product_doubt_of(const oc_params *p) {
 static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     oc_known_truck *known = &design->known;
     known->set_up_probability = (float)p->set_up_probability_1;
+    known->pull_tail = pull_tail;
     if (p->known_play_sd_rad > 0.0) {
         const float sd = oc_max((float)p->known_play_sd_rad, play_sd_min);
         known->play = (float)p->known_play_rad;
@@ -109,7 +112,7 @@ static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     }
     if (p->known_pull_sd_m_s2 > 0.0) {
         known->pull = (float)p->known_pull_m_s2;
-        known->set_up_probability = 0.0f;
+        known->pull_tail = known->set_up_probability = 0.0f;
     }
 }
 

@@ -10,6 +10,8 @@ from oncenter.findings import PLAY_STANDARD_DEG
 from oncenter.signals import DEGREE
 from oncenter.verdict.decision import Interval, standing
 
+_STRONG_M_S2 = 0.2  # by a steady crosswind of 8 m/s on 9 m^2 or 6 m/s on 25 m^2, of a truck of 9 t
+
 
 def align_first(pull: Pull | None) -> str:
     """Of a measured pull; empty without one."""
@@ -19,15 +21,31 @@ def align_first(pull: Pull | None) -> str:
 
 
 def by_pull(answer: Estimates, limit_deg: float) -> str:
-    """A pull that is measured, or one that would move the interval across the limit."""
+    """A pull that is measured, or one that would move the interval across the limit; else a strong wind that would."""
     own, whole, causes = answer.offset_ci95_drive, answer.offset.ci95, in_words(answer.not_identifiable)
     measured = align_first(answer.pull)
     if measured or not causes or own is None or whole is None:
         return measured
     drives = "one drive" if len(answer.drives) == 1 else "these logs"
     around_deg = 1.96 * together_rad(answer.not_identifiable) / DEGREE
-    return possible_pull(
+    usual = possible_pull(
         f"{causes}, which {drives} cannot separate,", around_deg, in_deg(own), in_deg(whole), limit_deg
+    )
+    return usual if "wind" in usual else f"{usual} {strong_wind(answer, limit_deg)}".strip()
+
+
+def strong_wind(answer: Estimates, limit_deg: float) -> str:
+    """A steady wind or a pull, rarer than those of the interval, that would explain an offset over the limit."""
+    own = answer.offset_ci95_drive
+    if own is None or not any(cause.cause == "mean_wind" for cause in answer.not_identifiable):
+        return ""
+    by_rad = abs(answer.offset_per_acceleration) * _STRONG_M_S2
+    around = (own[0] - by_rad, own[1] + by_rad)
+    if standing(in_deg(own), limit_deg) != "over" or standing(in_deg(around), limit_deg) == "over":
+        return ""
+    return (
+        "A strong wind from one side during the whole drive, or a large pull, could explain it "
+        f"(± {by_rad / DEGREE:.1f} deg): compare with a drive on a calm day."
     )
 
 

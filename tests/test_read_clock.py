@@ -162,13 +162,12 @@ def test_time_that_does_not_increase_is_refused(time: np.ndarray) -> None:
     assert refused.value.code == "time_backward"
 
 
-def test_a_sensor_type_is_never_interpolated() -> None:
+@pytest.mark.parametrize("state", ["steering_wheel_angle_sensor_type", "reverse"])
+def test_a_state_is_never_interpolated(state: str) -> None:
     time, rare = np.arange(300) / 100, np.arange(60) / 20
     kind = (np.arange(60) >= 30).astype(float)
-    table, _ = one_tick(
-        samples("steering_wheel_angle", time, time), samples("steering_wheel_angle_sensor_type", rare, kind)
-    )
-    seen = table["steering_wheel_angle_sensor_type"]
+    table, _ = one_tick(samples("steering_wheel_angle", time, time), samples(state, rare, kind))
+    seen = table[state]
     assert set(seen[~np.isnan(seen)]) == {0.0, 1.0}
 
 

@@ -11,6 +11,8 @@ static const float signal_limits[OC_SIGNAL_COUNT] = {
     100.0f,                                 /* m/s^2 */
     150.0f, 150.0f, 150.0f, 150.0f, 150.0f, /* m/s: wheels, lateral */
     1e5f,                                   /* N m, or N of a rod's force */
+    1.5f, 1.5f, 1.5f, 1.5f, 1.5f,           /* status: 0 or 1 */
+    1.5f,                                   /* rad */
 };
 
 uint32_t oc_signals_measured(const oc_signals *tick) {

@@ -20,10 +20,16 @@ typedef enum {
     OC_HAS_WHEEL_SPEED_REAR_LEFT = 64,
     OC_HAS_WHEEL_SPEED_REAR_RIGHT = 128,
     OC_HAS_LATERAL_SPEED = 256,
-    OC_HAS_STEERING_WHEEL_TORQUE = 512
+    OC_HAS_STEERING_WHEEL_TORQUE = 512,
+    OC_HAS_STABILITY_CONTROL_ACTIVE = 1024,
+    OC_HAS_ANTI_LOCK_ACTIVE = 2048,
+    OC_HAS_STEERING_ASSIST_ACTIVE = 4096,
+    OC_HAS_REVERSE = 8192,
+    OC_HAS_AXLE_LIFTED = 16384,
+    OC_HAS_REAR_AXLE_ANGLE = 32768
 } oc_signal_bit;
 
-enum { OC_SIGNAL_COUNT = 10 };
+enum { OC_SIGNAL_COUNT = 16 };
 
 typedef struct {
     double time;                 /* s, of this tick; the core has no clock of its own */
@@ -35,6 +41,12 @@ typedef struct {
     double wheel_speed_rear_left, wheel_speed_rear_right; /* m/s */
     double lateral_speed;        /* m/s over ground, by GNSS; only for the angle by side slip */
     double steering_wheel_torque; /* N m, that the driver applies */
+    double stability_control_active; /* status, 1 or 0: of yaw, roll-over or brakes */
+    double anti_lock_active;         /* status */
+    double steering_assist_active;   /* status: a motor steers, as for lane keeping */
+    double reverse;                  /* status: the truck drives backward, or its reverse gear is engaged */
+    double axle_lifted;              /* status: of the axle that resists turning */
+    double rear_axle_angle;          /* rad, road wheels of a steered rear axle */
     uint32_t valid;              /* oc_signal_bit */
 } oc_signals;
 
@@ -50,10 +62,13 @@ typedef struct {
     const double *wheel_speed_rear_left, *wheel_speed_rear_right; /* m/s */
     const double *lateral_speed;        /* m/s */
     const double *steering_wheel_torque; /* N m */
+    const double *stability_control_active, *anti_lock_active, *steering_assist_active; /* 0, 1 */
+    const double *reverse, *axle_lifted; /* 0, 1 */
+    const double *rear_axle_angle;      /* rad */
 } oc_columns;
 
 /* The valid bits less those of NaN and of values implausible for a road vehicle: from 16 turns of the wheel, 10 rad/s,
- * 150 m/s, 100 m/s^2 or 1e5 N m on. */
+ * 150 m/s, 100 m/s^2 or 1e5 N m on; of a status from 1.5, of the rear axle's angle from 1.5 rad on. */
 uint32_t oc_signals_measured(const oc_signals *tick);
 
 #endif

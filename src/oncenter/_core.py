@@ -38,6 +38,12 @@ COLUMNS = {
     "wheel_speed_rear_right_m_s": "wheel_speed_rear_right",
     "lateral_speed_m_s": "lateral_speed",
     "steering_wheel_torque_nm": "steering_wheel_torque",
+    "stability_control_active": "stability_control_active",
+    "anti_lock_active": "anti_lock_active",
+    "steering_assist_active": "steering_assist_active",
+    "reverse": "reverse",
+    "axle_lifted": "axle_lifted",
+    "rear_axle_angle_rad": "rear_axle_angle",
 }
 _VALID_BITS = {name: getattr(lib, f"OC_HAS_{name.upper()}") for name in COLUMNS.values() if name != "time"}
 

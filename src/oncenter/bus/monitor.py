@@ -24,7 +24,7 @@ _REFUSALS = {
 
 @dataclass(frozen=True)
 class Tick:
-    """One tick of signals, SI and rad, left positive; NaN is not available."""
+    """One tick of signals, SI and rad, left positive; NaN is not available. A status is 1 or 0."""
 
     time_s: float
     steering_wheel_angle_rad: float
@@ -36,6 +36,12 @@ class Tick:
     wheel_speed_rear_left_m_s: float = NOT_AVAILABLE
     wheel_speed_rear_right_m_s: float = NOT_AVAILABLE
     steering_wheel_torque_nm: float = NOT_AVAILABLE
+    stability_control_active: float = NOT_AVAILABLE
+    anti_lock_active: float = NOT_AVAILABLE
+    steering_assist_active: float = NOT_AVAILABLE
+    reverse: float = NOT_AVAILABLE
+    axle_lifted: float = NOT_AVAILABLE
+    rear_axle_angle_rad: float = NOT_AVAILABLE
 
 
 @dataclass(frozen=True)

@@ -187,6 +187,12 @@ _INPUTS = (  # by the bits of oc_signals.valid: name, unit, description, default
     ("wheel_speed_rear_right", "m/s", "Wheel speed at the tread, rear right", False),
     ("lateral_speed", "m/s", "Lateral speed over ground, left positive; only for the angle by side slip", False),
     ("steering_wheel_torque", "N m", "Steering wheel torque that the driver applies, left positive", False),
+    ("stability_control_active", "1", "1 while stability control, roll-over or brake intervention is active", False),
+    ("anti_lock_active", "1", "1 while the anti-lock brakes regulate", False),
+    ("steering_assist_active", "1", "1 while a motor steers, as for lane keeping", False),
+    ("reverse", "1", "1 while the truck drives backward or is in reverse gear", False),
+    ("axle_lifted", "1", "1 while the axle that resists turning is lifted", False),
+    ("rear_axle_angle", "rad", "Road wheel angle of a steered rear axle, left positive", False),
 )
 
 

@@ -18,7 +18,7 @@ from oncenter.read.samples import Samples, steps_of
 from oncenter.read.set_back import HOLE_S, SetBack, on_one_clock
 from oncenter.read.units import TIME, unit_by_suffix
 from oncenter.read.wording import counted
-from oncenter.signals import SIGNALS
+from oncenter.signals import PURE_NUMBER, SIGNALS
 
 SLOWEST_HZ, FASTEST_HZ = 20.0, 200.0  # of a table: range of the core
 RECORDED_MIN_HZ = 5.0  # of the angle in a log: it resolves steering up to 2 Hz, nearly all of normal driving
@@ -506,7 +506,7 @@ def at_ticks(signal: str, time: Column, values: Column, ticks: Column, span_s: f
 
 
 def _along(signal: str, values: Column, way: _Way) -> Column:
-    if signal == "steering_wheel_angle_sensor_type":
+    if SIGNALS[signal].quantity is PURE_NUMBER:  # a state, which has nothing between two values
         found = values[way.before + (way.weight >= 0.5)]
     elif signal in ("heading", "course"):
         found = np.mod(_between(np.unwrap(values, period=360.0), way), 360.0)

@@ -11,7 +11,7 @@
 #include "monitor.h"
 
 enum {
-    OC_FMU_SIGNALS = 10, /* bits of oc_signals.valid; the generated table checks both counts */
+    OC_FMU_SIGNALS = 16, /* bits of oc_signals.valid; the generated table checks both counts */
     OC_FMU_PARTS = 5     /* members of oc_offset_parts */
 };
 

@@ -24,6 +24,7 @@ def judged(
     speed: Array | None = None,
     holes: Sequence[int] = (),
     before: str = "none",
+    assisted: bool = False,
 ) -> list[str]:
     """The sensor's fault at each tick. The total sd is of `offset_sd` and `sd`.
 
@@ -50,6 +51,7 @@ def judged(
                 "has_measured": not np.isnan(measured[k]),
                 "after_hole": k in holes,
                 "can_judge": True,
+                "assisted": assisted,
             },
         )
         names.append(ffi.string(lib.oc_fault_name(lib.oc_fault_update(watch, kept, tick))).decode())

@@ -165,8 +165,8 @@ def test_explain_without_a_code_lists_all_codes_in_a_line_each(capsys: pytest.Ca
 @pytest.mark.parametrize(
     ("written", "says"),
     [
-        ("steering_pla", "did you mean steering_play?"),
-        ("Steering-Play", "did you mean steering_play?"),
+        ("steering_pla", "did you mean steering_play"),
+        ("Steering-Play", "did you mean steering_play"),
         ("zzz", "oncenter explain lists all codes"),
     ],
 )

@@ -442,6 +442,13 @@ def test_a_gate_that_rejects_all_driving_names_the_limit_of_its_own_method(reaso
     assert found.value == PARAMS[limit]
 
 
+def test_an_assistance_that_steers_all_the_time_is_named_in_place_of_a_limit() -> None:
+    rejected = [900.0 if name == "steering_assist" else 100.0 for name in _core.REASONS]
+    found = findings(used=0.0, rejected=rejected)["gate_shut"]
+    assert "A steering assistance is active for 900 s. Switch it off" in found.text
+    assert (found.value, found.unit) == (900.0, "s")
+
+
 def interval(*, traffic_sign: float = 0.0, accelerometer: bool = True, **others: Any) -> str:
     return findings(traffic_sign=traffic_sign, accelerometer=accelerometer, **others)["interval"].text
 

@@ -65,6 +65,15 @@ def test_an_axle_that_is_up_resists_no_more() -> None:
         assert lib.oc_joint_tandem(joint, design) == pytest.approx(12.0 * left, abs=1e-5)
 
 
+@pytest.mark.parametrize(("axle", "tandem"), [(1, 12.0), (-1, 0.0)])
+def test_the_status_of_the_axle_says_more_than_a_wheelbase_that_fits(axle: int, tandem: float) -> None:
+    joint, design = ffi.new("oc_joint *", {"axle": axle}), ffi.new("oc_joint_design *", {"tandem": 12.0})
+    for wheelbase, doubt in ((0.0, 0.0), (-0.3, 0.0), (-0.3, 0.1)):
+        joint.hypotheses[0].wheelbase = wheelbase
+        design.hypothesis.known.product_doubt = doubt
+        assert lib.oc_joint_tandem(joint, design) == tandem
+
+
 @pytest.mark.parametrize("v", [8.0, -8.0])
 @pytest.mark.parametrize(("tandem", "place"), [(0.0, 1.0), (40.0, -1.0)])
 def test_without_its_sensor_the_wheel_is_on_the_flank_that_the_front_tyres_are_pushed_to(

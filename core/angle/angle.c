@@ -361,12 +361,14 @@ static void check(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_des
     const float load = t->yaw_rate * (t->speed + truck->tandem / fabsf(t->speed)) + t->bank - truck->unloading +
                        load_ahead(t, clear);
     follow_play(t, d, truck, wheels, load, neutral_sd_of(t, truck, tick));
+    t->place_variance = tick->assisted ? place_variance_max : t->place_variance;
     const float observer = observer_variance(t, truck);
     if (tick->can_learn && identified) {
         learn_truck(t, e, d, tick, per_rate, observer);
     }
     const float error_scale = e->seconds > learned_s ? e->error_scale : 2.0f;
-    t->sd = sqrtf(error_scale * observer + lag_variance(t, per_rate) + truck_variance(t, e, d, truck, tick));
+    t->sd = sqrtf(error_scale * observer + lag_variance(t, per_rate) + truck_variance(t, e, d, truck, tick) +
+                  tick->braked_sd * tick->braked_sd);
 }
 
 /* rad, the front wheels' angle at the steering wheel, without the play. */

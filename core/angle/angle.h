@@ -45,6 +45,7 @@ typedef struct {
     float speed;                      /* m/s */
     float lateral_acceleration;       /* m/s^2, as measured */
     float bank_sd;                    /* m/s^2, of the bank without an accelerometer */
+    float braked_sd;                  /* rad, of the angle while brakes turn the truck */
     float front_wheel;                /* rad, by wheel speeds, if the method uses them */
     float lateral_speed;              /* m/s, over ground, if the method uses it */
     double true_by_sensor;            /* rad, measured less offset */
@@ -52,6 +53,7 @@ typedef struct {
     bool can_learn;                   /* the observer may learn from it */
     bool has_motion;                  /* the method's signals: yaw rate, speed, ... */
     bool accelerometer_lost;          /* no signal, although in use */
+    bool assisted;                    /* a motor steers: the place in the play is unknown */
 } oc_angle_tick;
 
 typedef struct {

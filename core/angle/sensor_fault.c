@@ -111,7 +111,7 @@ static bool watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->paired_s = 0.0f;
     }
     w->last = tick->measured;
-    if (fabsf(tick->measured - w->held_value) > same_deg * rad_in_deg) {
+    if (tick->assisted || fabsf(tick->measured - w->held_value) > same_deg * rad_in_deg) {
         w->held_value = tick->measured;
         w->held_estimate = tick->estimate;
         w->held_s = w->held_fast_s = 0.0f;

@@ -34,6 +34,7 @@ typedef struct {
     bool has_measured;
     bool after_hole;     /* first tick after a gap */
     bool can_judge;      /* the truck is identified */
+    bool assisted;       /* a motor steers: the wheel may rest in a bend */
 } oc_fault_tick;
 
 typedef struct {

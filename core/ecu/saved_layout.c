@@ -22,12 +22,12 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xDAD90E35u;
+static const uint32_t layout_hash = 0x2A17E2D4u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
     DOUBLES(oc_state, tracking.clock.window_begin, 2), INTEGERS(oc_state, tracking.clock.window_ticks, 4),
-    DOUBLES(oc_state, tracking.last_complete, 1),
+    DOUBLES(oc_state, tracking.last_complete, 1), FLOATS(oc_state, tracking.braked_s, 1),
     FLOATS_OF_EACH(oc_state, tracking.assignment.watches[0].last, 20, tracking.assignment.watches),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.watches[0].held_ticks, 2, tracking.assignment.watches),
     FLOATS(oc_state, tracking.assignment.levels[0].mean, 64),
@@ -40,7 +40,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS(oc_state, tracking.preprocess.angle_next, 7), DOUBLES(oc_state, tracking.straight.filling.weight, 147),
     INTEGERS(oc_state, tracking.cornering.ticks, 3), DOUBLES(oc_state, tracking.cornering.filling.weight, 147),
     INTEGERS(oc_state, tracking.joint.running, 3), DOUBLES(oc_state, tracking.joint.yaw_rate, 3),
-    FLOATS(oc_state, tracking.joint.curvature_sum, 19),
+    FLOATS(oc_state, tracking.joint.curvature_sum, 17),
     FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 11, tracking.joint.filling.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.filling.samples[0].in_second, 1, tracking.joint.filling.samples),
     INTEGERS(oc_state, tracking.joint.filling.count, 2), FLOATS(oc_state, tracking.joint.filling.curvature, 1),
@@ -58,7 +58,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
     DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 25), INTEGERS(oc_state, evidence.gyro_bias.due, 8),
     ENUMS(oc_state, evidence.gyro_bias.status, 1), DOUBLES(oc_state, evidence.wheel_speed.difference, 3),
-    INTEGERS(oc_state, evidence.joint.started, 17), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 29),
+    INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 29),
     DOUBLES(oc_state, evidence.joint.speed_mean, 3),
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
@@ -68,7 +68,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS(oc_state, evidence.torque.started, 4), FLOATS(oc_state, evidence.torque.filling.torque, 23),
     DOUBLES(oc_state, evidence.angle.side_slip.information[0][0], 12), ENUMS(oc_state, evidence.fault.fault, 1),
     FLOATS(oc_state, evidence.fault.confidence, 3), INTEGERS(oc_state, evidence.verdicts.offset_trusted, 1),
-    COUNTS(oc_state, evidence.ticks, 14), DOUBLES(oc_state, evidence.bank_ticks, 10),
+    COUNTS(oc_state, evidence.ticks, 17), DOUBLES(oc_state, evidence.bank_ticks, 10),
     ENUMS(oc_state, learned.offset.status, 1), FLOATS(oc_state, learned.offset.lean, 1),
     DOUBLES(oc_state, learned.understeer_gradient.value, 3), ENUMS(oc_state, learned.understeer_gradient.status, 1),
     FLOATS(oc_state, learned.understeer_gradient.lean, 1), DOUBLES(oc_state, learned.backlash.value, 3),
@@ -82,7 +82,7 @@ static const oc_saved_run state_runs[] = {
 static const oc_saved_run keyed_runs[] = {
     DOUBLES(oc_coefficients, vehicle.wheelbase, 3), INTEGERS(oc_coefficients, vehicle.ratio.terms, 1),
     DOUBLES(oc_coefficients, vehicle.ratio.coefficients[0], 11), ENUMS(oc_coefficients, params.method, 2),
-    DOUBLES(oc_coefficients, params.cutoff_hz, 68), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
+    DOUBLES(oc_coefficients, params.cutoff_hz, 67), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
     DOUBLES(oc_coefficients, rate_hz, 1),
 };
 /* end */

@@ -86,6 +86,7 @@ static const member doubles[] = {
 };
 
 static const member floats[] = {
+    {offsetof(oc_state, tracking.braked_s), 1, SECOND, 1, 0},
     {offsetof(oc_state, tracking.assignment.watches[0].last), offsetof(oc_signal_watch, held_ticks) / WORD, SQUARES,
      OC_WATCHED, WATCHES},
     {offsetof(oc_state, tracking.assignment.levels), OC_WATCHED * sizeof(oc_signal_level) / WORD, SQUARES, 1, 0},
@@ -96,6 +97,7 @@ static const member floats[] = {
     {offsetof(oc_state, tracking.assignment.sums),
      (offsetof(oc_assignment, ticks) - offsetof(oc_assignment, sums)) / WORD, SQUARES, 1, 0},
     {offsetof(oc_state, tracking.joint.prior.unloading_mean), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, tracking.joint.prior.crown), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, tracking.angle.yaw_rate_first), 2, YAW_RATE, 1, 0}, /* and yaw_rate */
     {offsetof(oc_state, tracking.angle.speed), 1, SPEED, 1, 0},
     {offsetof(oc_state, tracking.angle.bank), 1, ACCELERATION, 1, 0},

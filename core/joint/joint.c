@@ -134,6 +134,9 @@ bool oc_joint_walks(const oc_joint *joint) {
 }
 
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design) {
+    if (joint->axle != 0) {
+        return joint->axle > 0 ? design->tandem : 0.0f;
+    }
     if (design->hypothesis.known.product_doubt > 0.0f) {
         return design->tandem; /* a share of an assumed wheelbase shows no tag axle */
     }
@@ -309,6 +312,7 @@ bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
     if (!tracking->running) {
         begin_collecting(joint, tracking, design, tick, bank);
     }
+    joint->axle = tick->axle;
     tracking->turned += (float)(tick->yaw_rate * design->tick_s);
     tracking->bank += (bank - tracking->bank) * design->bank_share;
     if (joint->phase == 0) {

@@ -39,6 +39,7 @@ typedef struct {
     float raw[OC_NOISY];         /* m/s^2 and rad/s, not filtered */
     double curvature;            /* 1/m */
     double speed;                /* m/s */
+    int32_t axle;                /* that resists turning, by its status: 1 down, -1 lifted, 0 unknown */
     bool usable;                 /* the gate is open */
     bool suspected;              /* the angle sensor may be at fault: predicted, not learned from */
 } oc_joint_tick;
@@ -99,6 +100,7 @@ typedef struct {
     int32_t in_block, in_long_block;
     int32_t lost;                /* place in the play and heading are unknown */
     int32_t solves_all;          /* after a correction: all hypotheses solve in the next round */
+    int32_t axle;                /* of the last tick */
     int32_t ignitions;           /* since the last tick */
     int32_t alarmed;             /* a change was suspected for long: the offset may walk */
     int32_t changes;             /* number found; the last OC_CHANGES_MAX are kept */
@@ -169,7 +171,8 @@ bool oc_joint_wanders(const oc_joint *joint);
 /* Whether the best hypothesis models the offset as a random walk. */
 bool oc_joint_walks(const oc_joint *joint);
 
-/* m^2/s^2, c of the axles that resist turning. Smaller where a short wheelbase shows that the tag axle is up. */
+/* m^2/s^2, c of the axles that resist turning: by the status of the tag axle, or smaller where a short wheelbase shows
+ * that it is up. */
 float oc_joint_tandem(const oc_joint *joint, const oc_joint_design *design);
 
 /* s, time constant of forgetting: short at first, since early slopes were linearised far from the solution. */

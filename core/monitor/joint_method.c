@@ -84,6 +84,14 @@ static void correct_past_yaw_rates(const oc_joint_tracking *tracking, oc_evidenc
     }
 }
 
+/* 1: the axle that resists turning is down, -1: it is lifted, 0: unknown. */
+static int32_t axle_of(const oc_signals *signals) {
+    if ((signals->valid & OC_HAS_AXLE_LIFTED) == 0) {
+        return 0;
+    }
+    return (oc_signals_true(signals) & OC_HAS_AXLE_LIFTED) != 0 ? -1 : 1;
+}
+
 static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
     /* without an accelerometer a and curvature share the yaw rate's noise: no noise is removed */
     const bool has_accelerometer = p->use_accelerometer != 0;
@@ -96,6 +104,7 @@ static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
                 [OC_NOISE_OF_YAW_RATE] = has_accelerometer ? (float)tick->signals.yaw_rate : 0.0f},
         .curvature = tick->motion.curvature,
         .speed = tick->filtered.vehicle_speed,
+        .axle = axle_of(&tick->signals),
         .usable = tick->reasons == 0,
         .suspected = tick->suspected,
     };
@@ -115,6 +124,11 @@ void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
     oc_joint *joint = &evidence->joint;
     joint->lost = joint->lost || tick->after_hole;
     correct_past_yaw_rates(&tracking->joint, evidence, c);
+    if ((tick->disturbed & OC_REASON_STEERING_ASSIST) != 0) { /* afterwards as after a hole */
+        joint->lost = 1;
+        tracking->joint.running = 0;
+        return;
+    }
     if (collect(tick, &tracking->joint, evidence, c)) {
         const oc_prior prior = prior_of(evidence, c);
         oc_joint_begin_round(joint, &tracking->joint, &c->joint, &prior);

@@ -28,6 +28,7 @@ void oc_restart(oc_state *state, double elapsed_s) {
 /* rad: angle from straight ahead up to which a truck that seems to stand cannot creep through a turn */
 static const double near_straight = 5.0 * 0.017453292f;
 static const double near_unknown_straight = 20.0 * 0.017453292f; /* rad: the same while the offset is not learned */
+static const float braked_memory_s = 1.0f; /* s: time after an intervention in which truck and filters swing out */
 /* end */
 
 static void set_yaw_rate_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_params *p) {
@@ -53,11 +54,37 @@ static bool is_angle_discarded(const oc_fault_watch *watch, bool suspected, oc_m
     return (watch->fault != OC_FAULT_NONE && !has_new_offset) || (method != OC_METHOD_JOINT && suspected);
 }
 
-static void check_assignment(oc_tick *tick, oc_assignment *assignment, const oc_assignment_design *design) {
-    const uint32_t sent = tick->signals.valid;
-    tick->signals.valid = oc_signals_measured(&tick->signals);
-    oc_assignment_update(assignment, design, &tick->signals, sent);
+/* What the truck's controllers say, as reasons of the gate. */
+static void take_statuses(oc_tick *tick, oc_tracking *tracking, const oc_coefficients *c) {
+    const uint32_t is_true = oc_signals_true(&tick->signals);
+    const bool brakes = (is_true & (OC_HAS_STABILITY_CONTROL_ACTIVE | OC_HAS_ANTI_LOCK_ACTIVE)) != 0;
+    const float left_s = oc_max(tracking->braked_s - (float)c->tick_s, 0.0f);
+    tracking->braked_s = brakes ? braked_memory_s : left_s;
+    tick->disturbed = (tracking->braked_s > 0.0f ? OC_REASON_INTERVENTION : 0u) |
+                      ((is_true & OC_HAS_REVERSE) != 0 ? OC_REASON_REVERSE : 0u) |
+                      ((is_true & OC_HAS_STEERING_ASSIST_ACTIVE) != 0 ? OC_REASON_STEERING_ASSIST : 0u);
+}
+
+/* Brakes that turn the truck, and a speed without sign, contradict the other signals: nothing is compared. */
+static void check_assignment(oc_tick *tick, uint32_t sent, oc_assignment *assignment,
+                             const oc_assignment_design *design) {
+    const uint32_t measured = tick->signals.valid;
+    const bool compares = (tick->disturbed & (OC_REASON_INTERVENTION | OC_REASON_REVERSE)) == 0;
+    const uint32_t compared = compares ? UINT32_MAX : ~(uint32_t)OC_HAS_VEHICLE_SPEED;
+    tick->signals.valid = measured & compared;
+    oc_assignment_update(assignment, design, &tick->signals, sent & compared);
+    tick->signals.valid = measured;
     tick->at_fault = (uint32_t)assignment->at_fault;
+}
+
+/* ISO 8855: forward is positive. Most senders give the size only. */
+static void drive_backward(oc_signals *signals) {
+    double *const speeds[] = {&signals->vehicle_speed, &signals->wheel_speed_front_left,
+                              &signals->wheel_speed_front_right, &signals->wheel_speed_rear_left,
+                              &signals->wheel_speed_rear_right};
+    for (size_t k = 0; k < sizeof speeds / sizeof speeds[0]; ++k) {
+        *speeds[k] = -fabs(*speeds[k]);
+    }
 }
 
 /* Clears the valid bits of unused measurements. The accelerometer is always used at standstill. Where it is not
@@ -67,6 +94,9 @@ static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_
     oc_signals *signals = &tick->signals;
     const bool stands = fabs(signals->vehicle_speed) <= p->standstill_speed_max_m_s;
     signals->valid &= ~(tick->at_fault & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE);
+    if ((tick->disturbed & OC_REASON_REVERSE) != 0) {
+        drive_backward(signals);
+    }
     if (!p->use_accelerometer && !stands) {
         signals->valid &= ~(uint32_t)OC_HAS_LATERAL_ACCELERATION;
     }
@@ -128,7 +158,7 @@ static void sense_by_torque(oc_tick *tick, oc_evidence *evidence, const oc_coeff
         .angle = tick->signals.steering_wheel_angle,
         .acceleration = instead ? (tick->signals.yaw_rate - tick->yaw_rate_bias) * tick->signals.vehicle_speed
                                 : tick->sensed.lateral_acceleration,
-        .speed = tick->sensed.speed,
+        .speed = tick->disturbed == 0 ? tick->sensed.speed : 0.0, /* the driver's torque is not the road's */
         .has_torque = has_torque,
     };
     tick->sensed.lateral_acceleration = oc_torque_update(&evidence->torque, &c->torque, &by);
@@ -241,6 +271,7 @@ static void follow_motion(oc_tick *tick, oc_evidence *evidence, const oc_coeffic
     if (p->method == OC_METHOD_JOINT) {
         filtered->yaw_rate -= tick->yaw_rate_bias;
     }
+    tick->reasons |= tick->disturbed;
     tick->motion = oc_motion_of(filtered, c->ratio_times_wheelbase, tick->sensed.use_accelerometer);
     if (p->method == OC_METHOD_JOINT) {
         tick->reasons |= oc_joint_gate(p, &tick->motion, filtered->vehicle_speed, evidence->joint.bank_mean);
@@ -323,8 +354,12 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     tick->clock_set_back = verdict == OC_CLOCK_SET_BACK;
     ++evidence->ticks;
 
+    const uint32_t sent = tick->signals.valid;
+    tick->signals.valid = oc_signals_measured(&tick->signals);
+    take_statuses(tick, tracking, c);
+
     /* whether each signal is what its name says */
-    check_assignment(tick, &tracking->assignment, &c->assignment);
+    check_assignment(tick, sent, &tracking->assignment, &c->assignment);
     select_signals(tick, &tracking->fault, evidence, &c->params);
 
     /* what earlier ticks deferred */
@@ -332,6 +367,9 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     work(state, c, has_all);
 
     /* 5.3.1: the gyro's bias, also without an angle */
+    if ((tick->disturbed & OC_REASON_INTERVENTION) != 0) {
+        tick->signals.valid &= ~(uint32_t)OC_WHEEL_SPEEDS; /* the wheels slip */
+    }
     watch_speed_floor(tick, state, c);
     oc_gyro_bias_update(gyro_bias, &c->gyro_bias, &c->params, &tick->signals, tick->creep);
     set_yaw_rate_bias(tick, gyro_bias, &c->params);

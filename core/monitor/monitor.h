@@ -107,6 +107,7 @@ typedef struct {
     int32_t has_complete;       /* a tick with all its signals has occurred */
     int32_t running;            /* the filters have a state; not at standstill */
     double last_complete;       /* s, of the last tick with all its signals */
+    float braked_s;             /* s, until the truck and the filters swing out after an intervention */
     oc_assignment assignment;
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */

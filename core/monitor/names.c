@@ -33,7 +33,8 @@ const char *oc_angle_method_name(oc_angle_method method) {
 const char *oc_reason_name(oc_reason reason) {
     static const char *const names[OC_REASON_COUNT] = {
         "missing_signal", "time", "gap", "settling", "speed", "curvature", "longitudinal_acceleration",
-        "bank", "window", "yaw_rate_bias", "lateral_acceleration", "signal_fault"};
+        "bank", "window", "yaw_rate_bias", "lateral_acceleration", "signal_fault",
+        "intervention", "reverse", "steering_assist"};
     uint32_t k = 0;
     while (k < OC_REASON_COUNT && (uint32_t)reason != 1u << k) {
         ++k;

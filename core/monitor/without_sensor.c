@@ -8,6 +8,7 @@ static const float flank_share_min = 0.05f; /* share of both flanks' load below 
 static const float unloaded_half_play_sd = 0.07f; /* rad: sd of half a play of up to 15 deg; 4 deg */
 static const float judge_after_s = 400.0f; /* s: comparison until the learned truck is accurate enough */
 static const float unmeasured_bank_sd = 0.2f; /* m/s^2: sd of the lateral force without an accelerometer */
+static const float braked_angle_sd = 0.17f; /* rad: sd of the estimated angle while brakes turn the truck; 10 deg */
 static const double gap_s_min = 0.3; /* s: a gap after which the observer restarts */
 /* end */
 
@@ -104,7 +105,9 @@ static void judge_sensor(const oc_tick *tick, oc_tracking *tracking, oc_evidence
         .speed = tick->observed.speed,
         .has_measured = has_angle,
         .after_hole = tick->after_gap,
+        .assisted = (tick->disturbed & OC_REASON_STEERING_ASSIST) != 0,
         .can_judge = (tick->at_fault & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE) == 0 && tick->observed.has_motion &&
+                     (tick->disturbed & (OC_REASON_INTERVENTION | OC_REASON_REVERSE)) == 0 &&
                      truck->identified && evidence->angle.seconds > judge_after_s,
     };
     const oc_fault before = evidence->fault.fault;
@@ -164,7 +167,9 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
     now->true_by_sensor = has_angle ? signals->steering_wheel_angle - learned->offset.value : 0.0;
     const bool angle_fits = (tick->at_fault & OC_HAS_STEERING_WHEEL_ANGLE) == 0;
     now->has_sensor = has_angle && angle_fits && !oc_fault_excludes_angle(&tracking->fault);
-    now->can_learn = has_angle && tick->at_fault == 0 && !now->accelerometer_lost &&
+    now->assisted = (tick->disturbed & OC_REASON_STEERING_ASSIST) != 0;
+    now->braked_sd = (tick->disturbed & OC_REASON_INTERVENTION) != 0 ? braked_angle_sd : 0.0f;
+    now->can_learn = has_angle && tick->at_fault == 0 && tick->disturbed == 0 && !now->accelerometer_lost &&
                      tracking->fault.fault == OC_FAULT_NONE &&
                      !oc_fault_suspected(&tracking->fault);
     oc_angle_update(&tracking->angle, &evidence->angle, &c->angle, &learned->truck, now, &tick->angle);

@@ -28,7 +28,10 @@ typedef enum {
     OC_REASON_YAW_RATE_BIAS = 512, /* it changes faster than the filter follows; not in the thesis's method */
     OC_REASON_LATERAL_ACCELERATION = 1024, /* tyres and axles are not linear; not in the thesis's method */
     OC_REASON_SIGNAL_FAULT = 2048, /* a signal is not what its name says: assignment.h */
-    OC_REASON_COUNT = 12
+    OC_REASON_INTERVENTION = 4096, /* stability control or anti-lock brakes act: the brakes turn the truck */
+    OC_REASON_REVERSE = 8192,
+    OC_REASON_STEERING_ASSIST = 16384, /* a motor steers: the place in the play is unknown */
+    OC_REASON_COUNT = 15
 } oc_reason;
 
 /* The truck's motion by the method's sensors. */

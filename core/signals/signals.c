@@ -15,6 +15,17 @@ static const float signal_limits[OC_SIGNAL_COUNT] = {
     1.5f,                                   /* rad */
 };
 
+uint32_t oc_signals_true(const oc_signals *tick) {
+    const double *signal = &tick->steering_wheel_angle;
+    uint32_t found = tick->valid & OC_STATUSES;
+    for (uint32_t k = 0; found >> k != 0; ++k) {
+        if (!(signal[k] > 0.5)) {
+            found &= ~(1u << k);
+        }
+    }
+    return found;
+}
+
 uint32_t oc_signals_measured(const oc_signals *tick) {
     const double *signal = &tick->steering_wheel_angle;
     uint32_t measured = tick->valid;

@@ -29,7 +29,11 @@ typedef enum {
     OC_HAS_REAR_AXLE_ANGLE = 32768
 } oc_signal_bit;
 
-enum { OC_SIGNAL_COUNT = 16 };
+enum {
+    OC_SIGNAL_COUNT = 16,
+    OC_WHEEL_SPEEDS = 240, /* bits of the four */
+    OC_STATUSES = 31744 /* bits of the statuses */
+};
 
 typedef struct {
     double time;                 /* s, of this tick; the core has no clock of its own */
@@ -70,5 +74,8 @@ typedef struct {
 /* The valid bits less those of NaN and of values implausible for a road vehicle: from 16 turns of the wheel, 10 rad/s,
  * 150 m/s, 100 m/s^2 or 1e5 N m on; of a status from 1.5, of the rear axle's angle from 1.5 rad on. */
 uint32_t oc_signals_measured(const oc_signals *tick);
+
+/* The bits of the statuses that are available and true. */
+uint32_t oc_signals_true(const oc_signals *tick);
 
 #endif

@@ -101,6 +101,9 @@ SIGNALS: dict[str, Signal] = {
     )
 }
 
+# True, 1, or false, 0; a state has nothing between.
+STATUSES = ("stability_control_active", "anti_lock_active", "steering_assist_active", "reverse", "axle_lifted")
+
 
 @dataclass(frozen=True)
 class SignalName:

@@ -234,6 +234,7 @@ TUNED = {  # by C file and name
     "without_sensor.unloaded_half_play_sd": 0.07,
     "without_sensor.judge_after_s": 400.0,
     "without_sensor.unmeasured_bank_sd": 0.2,
+    "without_sensor.braked_angle_sd": 0.17,
     "without_sensor.gap_s_min": 0.3,
     "signal_watch.jump_changes": 8.0,
     "signal_watch.jump_resolutions": 2.5,
@@ -310,6 +311,7 @@ TUNED = {  # by C file and name
     "speed_floor.sparse": 0.5,
     "monitor.near_straight": 0.08726646259971647,
     "monitor.near_unknown_straight": 0.3490658503988659,
+    "monitor.braked_memory_s": 1.0,
 }
 PRIORS = {  # mean and sd of each term
     "YAW_ACCELERATION": (0.0, 1.7453292519943295),

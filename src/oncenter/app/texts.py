@@ -215,6 +215,9 @@ LIVE: Mapping[str, str] = {
     "yaw_rate_bias": "yaw rate bias is changing",
     "window": "usable driving too short so far",
     "signal_fault": "a signal is not what its name says",
+    "intervention": "stability control or ABS acts",
+    "reverse": "driving backward",
+    "steering_assist": "a steering assistance steers",
     "fault": "Fault of the angle sensor: {}",
     # The driving that is still needed.
     "needed": "Driving still needed",

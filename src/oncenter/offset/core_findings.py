@@ -174,6 +174,14 @@ def _gate_shut(found: Kind, native: _core.OcAnswer, params: Mapping[str, float],
         ),
     }
     reason = max(limits, key=lambda name: _rejected(native, name))
+    assisted_s = _rejected(native, "steering_assist")
+    if assisted_s > _rejected(native, reason):
+        return found(
+            f"none of the {fast_s:.0f} s above {km_h(params[f'{of}speed_min_m_s'])} can be used, so no offset is "
+            f"estimated. A steering assistance is active for {assisted_s:.0f} s. Switch it off for some minutes",
+            assisted_s,
+            unit="s",
+        )
     words, param, unit, instead = limits[reason]
     text = (
         f"none of the {fast_s:.0f} s above {km_h(params[f'{of}speed_min_m_s'])} can be used, so no offset is "

@@ -186,6 +186,9 @@ def _reasons(answer: Answer) -> dict[str, str]:
             if jointly
             else f"Road bank or accelerometer bias, |a<sub>y</sub> − r·v| above {params['bank_max_m_s2']:g} m/s²"
         ),
+        "intervention": "Stability control or anti-lock brakes active, or until a second ago",
+        "reverse": "Driving backward",
+        "steering_assist": "A steering assistance active: the position in the free play is unknown",
         "window": "No whole second clean, or in doubt while a change was suspected"
         if jointly
         else f"Not clean for {params['clean_time_s']:g} s on end",

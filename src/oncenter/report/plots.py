@@ -33,6 +33,9 @@ STRIP_NAMES = {
     "missing_signal": "missing",
     "time": "time",
     "signal_fault": "signal",
+    "intervention": "ESC, ABS",
+    "reverse": "reverse",
+    "steering_assist": "assist",
 }
 
 _BINS = 1200  # a screen's columns

@@ -19,6 +19,7 @@ _INSTEAD = {
     "curvature": "in wider bends",
     "longitudinal_acceleration": "at a steady speed",
     "bank": "on level roads",
+    "steering_assist": "with the steering assistance off",
 }
 _TOO_WIDE = "The interval is still too wide."
 

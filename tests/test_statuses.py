@@ -1,0 +1,142 @@
+"""What the bus says of stability control, ABS, reverse gear, a steering assistance and a lifted axle."""
+
+import numpy as np
+import pytest
+from random_drives import RATIO, WHEELBASE, Array, drive
+from saved_ecu import Ecu, legs
+from test_core_reach import ACCELERATION, ANGLE, SPEED, YAW_RATE, core_of, steady
+from test_core_sensor_fault import judged
+
+from oncenter import _core
+from oncenter._native import ffi, lib
+from oncenter.signals import DEGREE, STATUSES
+
+RATE_HZ = 100.0
+Columns = dict[str, Array]
+
+
+def outputs_of(columns: Columns, core: _core.Core | None = None) -> np.ndarray:
+    outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)
+    (core or core_of()).run(columns, outputs)
+    return outputs
+
+
+def has(outputs: np.ndarray, reason: str) -> np.ndarray:
+    return np.asarray((outputs["reasons"] & _core.REASONS[reason]) != 0)
+
+
+def during(begin_s: float, end_s: float, count: int = 6000) -> Array:
+    t = np.arange(count) / RATE_HZ
+    return ((t >= begin_s) & (t < end_s)).astype(float)
+
+
+def in_a_yard(seed: int = 1) -> tuple[Columns, Array]:
+    """Six minutes in bends, backward in the third and the fourth, with speeds as most buses have them: without sign."""
+    random, t = np.random.default_rng(seed), np.arange(36_000) / RATE_HZ
+    knots = np.arange(0.0, 368.0, 4.0)
+    bends = np.interp(t, knots, random.normal(0.0, 0.02, len(knots)) * (random.random(len(knots)) < 0.6))
+    curvature = np.convolve(bends, np.full(60, 1.0 / 60.0), "same")
+    v = np.interp(t, [0, 110, 120, 130, 230, 240, 250, 360], [7.0, 7.0, 0.0, -6.0, -6.0, 0.0, 7.0, 7.0])
+    yaw_rate = v * curvature
+    columns = {
+        "time_s": t,
+        ANGLE: RATIO * WHEELBASE * curvature + 2.0 * DEGREE + 5e-4 * random.standard_normal(len(t)),
+        YAW_RATE: yaw_rate + 5e-4 * random.standard_normal(len(t)),
+        SPEED: np.abs(v) * (1.0 + 1e-4 * random.standard_normal(len(t))),
+        ACCELERATION: yaw_rate * v + 0.2 + 0.05 * random.standard_normal(len(t)),
+    }
+    for side, name in zip((-1.0, 1.0), ("left", "right"), strict=True):
+        wheel = np.abs(v + side * 0.9 * yaw_rate)
+        columns[f"wheel_speed_rear_{name}_m_s"] = wheel + 0.02 * random.standard_normal(len(t)) * (wheel > 0.1)
+    return columns, (v < 0.0).astype(float)
+
+
+@pytest.mark.parametrize("method", _core.METHODS)
+def test_statuses_that_are_not_available_change_no_bit(method: str) -> None:
+    columns = legs(1, 60.0)
+    unknown = {status: np.full(len(columns["time_s"]), np.nan) for status in STATUSES}
+    without, with_unknown = (np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE) for _ in range(2))
+    ends = [Ecu(method).run(columns, without).values(), Ecu(method).run(columns | unknown, with_unknown).values()]
+    assert ends[0] == ends[1] and _core._values(without) == _core._values(with_unknown)
+
+
+@pytest.mark.parametrize("status", STATUSES)
+def test_a_status_that_is_neither_true_nor_false_is_unknown(status: str) -> None:
+    columns = drive(1, RATE_HZ, 60.0)
+    ends = [Ecu().run(columns | {status: np.full(6000, value)}).values() for value in (np.nan, 2.0, 3.0)]
+    assert len(set(ends)) == 1
+
+
+@pytest.mark.parametrize("status", ["stability_control_active", "anti_lock_active"])
+def test_an_intervention_closes_the_gate_and_one_second_more(status: str) -> None:
+    core = core_of()
+    shut = has(outputs_of(steady(**{status: during(20.0, 22.0)}), core), "intervention")
+    assert np.array_equal(shut, during(20.0, 23.0) > 0.5)
+    rejected = dict(zip(_core.REASONS, core.answer()["rejected"], strict=True))
+    assert rejected["intervention"] == pytest.approx(3.0)
+
+
+def test_the_angle_without_its_sensor_is_less_sure_while_brakes_turn_the_truck() -> None:
+    columns = drive(1, RATE_HZ, 200.0)
+    columns[ANGLE][10_000:] = np.nan
+    braked = during(120.0, 122.0, len(columns["time_s"]))
+    sd = [outputs_of(columns | more)["angle"]["standard_deviation"] for more in ({}, {"anti_lock_active": braked})]
+    assert (sd[1][12_010:12_290] > 9.0 * DEGREE).all() and (sd[0][12_010:12_290] < 9.0 * DEGREE).all()
+    assert np.array_equal(sd[0][:12_000], sd[1][:12_000])
+
+
+def test_a_truck_that_backs_up_accuses_no_sensor() -> None:
+    columns, backward = in_a_yard()
+    accused = [outputs_of(columns | more)["signal_fault"] for more in ({}, {"reverse": backward})]
+    assert accused[0].any() and not accused[1].any()
+
+
+def test_backing_up_is_a_reason_and_its_speed_is_negative_whether_the_bus_has_its_sign_or_not() -> None:
+    columns, backward = in_a_yard()
+    columns |= {"reverse": backward}
+    signs = np.where(backward > 0.5, -1.0, 1.0)
+    signed = {name: values * (signs if "speed" in name else 1.0) for name, values in columns.items()}
+    by_size, by_sign = outputs_of(columns), outputs_of(signed)
+    rolls = columns[SPEED] > 0.5
+    assert np.array_equal(has(by_size, "reverse")[rolls], backward[rolls] > 0.5)
+    assert by_size["vehicle_speed"].min() < -5.0
+    assert _core._values(by_size) == _core._values(by_sign)
+
+
+def test_the_place_in_the_play_is_unknown_after_a_steering_assistance() -> None:
+    columns = drive(1, RATE_HZ, 100.0)
+    assisted = during(50.0, 60.0, len(columns["time_s"]))
+    ecu = Ecu().run(
+        {name: values[:5900] for name, values in columns.items()} | {"steering_assist_active": assisted[:5900]}
+    )
+    assert ecu.evidence()["joint"]["lost"][0] == 1
+    assert has(outputs_of(columns | {"steering_assist_active": assisted}), "steering_assist").sum() == 1000
+    ends = [Ecu().run(columns | {"steering_assist_active": assisted}).evidence(), Ecu().run(columns).evidence()]
+    assert ends[0]["joint"]["lost"][0] == 0
+    assert ends[0]["joint"]["second"]["used_s"][0] < ends[1]["joint"]["second"]["used_s"][0] - 9.0
+
+
+def test_a_wheel_that_rests_while_a_motor_steers_is_not_stuck() -> None:
+    """Behind the lash of a column: the truck takes bends of 6 deg, the hand holds the wheel."""
+    t = np.arange(6000) / RATE_HZ
+    bends, still = 6.0 * DEGREE * np.sin(2.0 * np.pi * t / 9.0), np.zeros(6000)
+    assert "stuck" in judged(still, bends)
+    assert set(judged(still, bends, assisted=True)) == {"none"}
+
+
+def test_a_learned_truck_is_less_sure_of_its_wheel_while_a_motor_steers() -> None:
+    design, truck = (
+        ffi.new("oc_angle_design *"),
+        ffi.new("oc_angle_truck *", {"backlash": 8.0 * DEGREE, "creep": 1.0, "identified": 1}),
+    )
+    lib.oc_angle_setup(design, lib.OC_ANGLE_OBSERVER, ffi.new("oc_ratio *", {"ratio": RATIO}), WHEELBASE, RATE_HZ)
+    sds = []
+    for assisted in (False, True):
+        tracking, evidence, out = (ffi.new(f"oc_angle{name} *") for name in ("_tracking", "_evidence", ""))
+        tick = ffi.new("oc_angle_tick *", {"speed": 20.0, "yaw_rate": 0.02, "lateral_acceleration": 0.4})
+        tick.has_motion, tick.assisted = True, assisted
+        for _ in range(500):
+            lib.oc_angle_filter(tracking, design, tick)
+            lib.oc_angle_update(tracking, evidence, design, truck, tick, out)
+        sds.append(out.estimate_sd)
+    assert sds[1] ** 2 - sds[0] ** 2 == pytest.approx((4.0 * DEGREE) ** 2 * 0.7 * 2.0, rel=0.1)

@@ -89,8 +89,10 @@ def read(log: Path) -> dict[str, Column]:
 # ---------------------------------------------------------------------------------------------------------------------
 
 VDC2, EBC2, HRW, CCVS1, TCO1, VDS = 61449, 65215, 65134, 65265, 65132, 65256
+VDC1, EBC1, ETC2 = 65103, 61441, 61445
+STABILITY, ANTI_LOCK, REVERSE = "stability_control_active", "anti_lock_active", "reverse"
 WHEELS = tuple(f"wheel_speed_{corner}_km_h" for corner in ("front_left", "front_right", "rear_left", "rear_right"))
-_SPEED_FROM, _WHEELS_FROM = (CCVS1, EBC2, TCO1, HRW, VDS), (HRW, EBC2)
+_SPEED_FROM, _WHEELS_FROM, _REVERSE_FROM = (CCVS1, EBC2, TCO1, HRW, VDS), (HRW, EBC2), (ETC2, TCO1)
 
 
 def _group(identifier: int) -> int:
@@ -128,8 +130,25 @@ def _signals(group: int, data: bytes) -> dict[str, float]:
     if group == HRW:
         each = [_two_bytes(data, byte, 1 / 256, 0.0) for byte in (1, 3, 5, 7)]
         return {"vehicle_speed_km_h": sum(each) / 4, **dict(zip(WHEELS, each, strict=True))}
+    if group == VDC1:
+        return {STABILITY: _any(_two_bits(data[1] >> bit) for bit in (0, 2, 4, 6))}
+    if group == EBC1:
+        return {ANTI_LOCK: _two_bits(data[0] >> 4)}
+    if group == ETC2:
+        gear = data[3] - 125
+        return {REVERSE: float(gear < 0) if -15 <= gear <= 25 else NAN}
+    direction = {REVERSE: _two_bits(data[3] >> 6)} if group == TCO1 else {}
     speed_byte = {CCVS1: 2, TCO1: 7, VDS: 3}.get(group)
-    return {} if speed_byte is None else {"vehicle_speed_km_h": _two_bytes(data, speed_byte, 1 / 256, 0.0)}
+    return {} if speed_byte is None else {"vehicle_speed_km_h": _two_bytes(data, speed_byte, 1 / 256, 0.0)} | direction
+
+
+def _two_bits(data: int) -> float:
+    return float(data & 3) if data & 3 <= 1 else NAN
+
+
+def _any(states: Iterable[float]) -> float:
+    """1 where one is, 0 where one is known; NaN where none is."""
+    return max((state for state in states if state == state), default=NAN)
 
 
 def _columns_of_frames(frames: Iterable[Frame]) -> dict[str, Column]:
@@ -178,8 +197,8 @@ def _on_one_clock(frames: list[Frame]) -> tuple[list[Frame], list[tuple[float, f
 
 
 def _rank(name: str, group: int) -> int:
-    order = _SPEED_FROM if name == "vehicle_speed_km_h" else _WHEELS_FROM if name in WHEELS else (group,)
-    return order.index(group)
+    orders = {"vehicle_speed_km_h": _SPEED_FROM, REVERSE: _REVERSE_FROM, **dict.fromkeys(WHEELS, _WHEELS_FROM)}
+    return orders.get(name, (group,)).index(group)
 
 
 def _increasing(series: Series) -> Series:
@@ -206,7 +225,7 @@ def _interpolated(name: str, series: Series, at: Column) -> Column:
     after = np.clip(np.searchsorted(time, at), 1, len(time) - 1)
     gap = time[after] - time[after - 1]
     near = gap <= max(2.5 * float(np.median(np.diff(time))), 0.05)
-    if name == SENSOR_TYPE:
+    if name in (SENSOR_TYPE, STABILITY, ANTI_LOCK, REVERSE):
         found = np.where(at - time[after - 1] < time[after] - at, values[after - 1], values[after])
     else:
         found = np.interp(at, time, values)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import independent_readers
 import numpy as np
 import pytest
 from cantools.database import conversion
@@ -12,6 +13,7 @@ from cantools.database.can import Message, Signal
 from drive_frames import START_S, Frame, candump, ccvs1, database, drive, identifier, truth, vdc2
 from hypothesis import given
 from hypothesis import strategies as st
+from real_data import real_drive
 
 from oncenter.errors import OncenterError
 from oncenter.read import dbc as databases
@@ -69,7 +71,7 @@ def test_the_built_in_layout_and_cantools_with_the_shipped_dbc_agree(payloads: l
             own = j1939.decode(parameter, frames)
             layout = described.get_signal_by_name(parameter.name)
             theirs = np.array([float(row[parameter.name]) for row in decoded])
-            is_number = theirs <= float(layout.maximum) + 1e-6
+            is_number = (theirs <= float(layout.maximum) + 1e-6) & (theirs >= float(layout.minimum) - 1e-6)
             assert np.array_equal(~np.isnan(own), is_number), parameter.name
             assert np.allclose(own[is_number], theirs[is_number], rtol=0, atol=1e-9), parameter.name
             assert layout.spn == parameter.spn
@@ -134,7 +136,10 @@ def test_wheel_speeds_are_the_axle_speed_and_what_ebc2_adds(tmp_path: Path) -> N
 
 
 def constant(name: str, pgn: int, values: dict[str, float], address: int, period_s: float) -> list[Frame]:
-    data = bytes(database().encode_message(name, values, padding=True))
+    """A message at a steady rate; states that are not given are not available."""
+    message = database().get_message_by_name(name)
+    unknown = {signal.name: 3 for signal in message.signals if signal.length == 2}
+    data = bytes(message.encode(unknown | values, padding=True, strict=False))
     return [Frame(START_S + k * period_s, identifier(pgn, address), data) for k in range(round(4 / period_s))]
 
 
@@ -154,6 +159,72 @@ def test_speed_is_selected_in_the_documented_order_and_other_sources_are_listed(
     assert speed.sources["vehicle_speed"].description == "CCVS1 from 0x00"
     assert speed.sources["vehicle_speed"].others == ("TCO1 from 0xEE", "HRW from 0x0B")
     assert speed.sources["wheel_speed_rear_left"].description == "HRW from 0x0B"
+
+
+SENT = {"VDC1": 65103, "EBC1": 61441, "ETC2": 61445, "TCO1": 65132}
+GIVES = {"VDC1": "stability_control_active", "EBC1": "anti_lock_active", "ETC2": "reverse", "TCO1": "reverse"}
+_SPEED = {"TachographVehicleSpeed": 10.0}
+
+
+@pytest.mark.parametrize(
+    ("message", "values", "status"),
+    [
+        ("VDC1", {"ROPEngineControlActive": 1}, 1.0),
+        ("VDC1", {"ROPBrakeControlActive": 1, "YCBrakeControlActive": 0}, 1.0),
+        ("VDC1", {"YCEngineControlActive": 1}, 1.0),
+        ("VDC1", {"YCBrakeControlActive": 1, "YCEngineControlActive": 2}, 1.0),
+        ("VDC1", {"YCBrakeControlActive": 0}, 0.0),
+        ("VDC1", {"YCBrakeControlActive": 2}, None),
+        ("EBC1", {"AntiLockBrakingActive": 1}, 1.0),
+        ("EBC1", {"AntiLockBrakingActive": 0}, 0.0),
+        ("EBC1", {"AntiLockBrakingActive": 3}, None),
+        ("ETC2", {"TransmissionCurrentGear": -1}, 1.0),
+        ("ETC2", {"TransmissionCurrentGear": 0}, 0.0),
+        ("ETC2", {"TransmissionCurrentGear": 12}, 0.0),
+        ("ETC2", {"TransmissionCurrentGear": -125}, None),  # zeros, as of a controller that starts
+        ("ETC2", {"TransmissionCurrentGear": 126}, None),  # park
+        ("TCO1", {"TachographDirectionIndicator": 1, **_SPEED}, 1.0),
+        ("TCO1", {"TachographDirectionIndicator": 0, **_SPEED}, 0.0),
+        ("TCO1", {"TachographDirectionIndicator": 3, **_SPEED}, None),
+    ],
+)
+def test_a_status_there_and_back_and_as_the_independent_reader_has_it(
+    tmp_path: Path, message: str, values: dict[str, float], status: float | None
+) -> None:
+    frames = constant(message, SENT[message], values, 0x0B, 0.1) + constant(
+        "CCVS1", 65265, {"WheelBasedVehicleSpeed": 10.0}, 0x00, 0.1
+    )
+    table = read_frames(tmp_path, frames).table
+    theirs = independent_readers._signals(SENT[message], frames[0].data)[GIVES[message]]
+    if status is None:
+        assert GIVES[message] not in table.columns and np.isnan(theirs)
+    else:
+        assert set(table[GIVES[message]].drop_nans()) == {status} == {theirs}
+
+
+def test_the_gear_gives_the_direction_before_the_tachograph(tmp_path: Path) -> None:
+    tco1 = constant("TCO1", 65132, {"TachographDirectionIndicator": 0, **_SPEED}, 0xEE, 0.05)
+    etc2 = constant("ETC2", 61445, {"TransmissionCurrentGear": -2}, 0x03, 0.1)
+    source = read_frames(tmp_path, tco1 + etc2).sources["reverse"]
+    assert (source.description, source.others) == ("ETC2 from 0x03", ("TCO1 from 0xEE",))
+
+
+def test_a_database_gives_the_same_gear_and_no_impossible_one(tmp_path: Path) -> None:
+    dbc = Path(__file__).parents[1] / "dbc" / "oncenter_j1939.dbc"
+    frames = constant("CCVS1", 65265, {"WheelBasedVehicleSpeed": 10.0}, 0x00, 0.1)
+    for gear, status in ((-1, {1.0}), (3, {0.0}), (-125, set())):
+        etc2 = constant("ETC2", 61445, {"TransmissionCurrentGear": gear}, 0x03, 0.1)
+        table = read_frames(tmp_path, etc2 + frames, dbc=[dbc]).table
+        found = set(table["reverse"].drop_nans()) if "reverse" in table.columns else set()
+        assert found == status
+
+
+def test_a_real_truck_at_standstill_is_never_in_reverse_and_its_stability_control_is_unknown() -> None:
+    """All its VDC1 are 0xFF, and eight of its ETC2 zeros."""
+    signals = read(real_drive("j1939_truck_stationary/truck_stationary.mf4"))
+    assert "stability_control_active" not in signals.sources
+    assert set(signals.table["reverse"].drop_nans()) == {0.0}
+    assert signals.account is not None and signals.account.signals["reverse"].left_out == {"reserved_code": 8}
 
 
 def test_a_source_without_valid_samples_is_not_used(tmp_path: Path) -> None:

@@ -404,12 +404,22 @@ def _values(definition: Definition, frames: Frames) -> list[_Values]:
             direct.append(_direct(definition, field, frames.where(having), len(frames)))
         if field.parameter is not None and field.group is not None:
             found = decoded(field.layout, frames)
-            found.values[~having] = np.nan
+            possible = _is_possible(found.values * field.factor, field.parameter)
+            found.why[~possible & (found.why == 0)] = _RESERVED
+            found.values[~having | ~possible] = np.nan
             found.why[~having] = _REASONS.index("other_multiplexer_page")
             found = found._replace(values=found.values * field.factor, beyond=found.beyond & having)
             groups.setdefault(field.group.pgn, {})[field.parameter.spn] = found
     of_groups = (_of_group(definition, j1939.MESSAGES[pgn], by_spn, frames) for pgn, by_spn in groups.items())
     return [*direct, *(each for group in of_groups for each in group)]
+
+
+def _is_possible(values: Column, parameter: j1939.Parameter) -> npt.NDArray[np.bool_]:
+    """Which values a truck can have, in the parameter's unit; all where J1939 does not restrict them."""
+    if parameter.numbers is None:
+        return np.ones(len(values), bool)
+    low, high = (number * parameter.scale + parameter.offset for number in parameter.numbers)
+    return np.isnan(values) | ((values >= low) & (values <= high))
 
 
 def _direct(definition: Definition, field: Field, frames: Frames, in_file: int) -> _Values:
@@ -443,6 +453,7 @@ def _of_group(
         why = by_spn[parts[0]].why
         for spn in parts[1:]:
             why = np.where(why == 0, by_spn[spn].why, why)
+        why = np.where(np.isnan(values), why, 0)
         rows = np.logical_or.reduce([by_spn[spn].beyond for spn in parts])
         beyond = _beyond(definition.message, layouts[parts[-1]], rows)
         rank = j1939.rank(signal, group.name)

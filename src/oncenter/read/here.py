@@ -25,7 +25,7 @@ from oncenter.read.plugins import known_format, plugin_for
 from oncenter.read.samples import Samples
 from oncenter.read.set_back import frames_on_one_clock
 from oncenter.read.wording import cannot_read
-from oncenter.signals import SignalName, Signals
+from oncenter.signals import STATUSES, SignalName, Signals
 
 
 def read_here(
@@ -161,7 +161,7 @@ def _from_bus(
     frames, set_back = frames_on_one_clock(kept.frames)
     kept = replace(kept, frames=frames)
     candidates = within_signals(decode(kept, described, decoded), notes)
-    if not candidates:
+    if not candidates or (not described and all(samples.signal in STATUSES for samples in candidates)):
         raise _no_signal_recognised(path, log_format, kept, described, notes)
     if not kept.total:
         return Content(candidates, Identity(vin))

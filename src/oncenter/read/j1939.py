@@ -5,7 +5,7 @@ Layouts from public documentation. `dbc/oncenter_j1939.dbc` describes them for o
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +13,16 @@ import numpy as np
 from oncenter.read.frames import Column, Frames, Kept, bus_name, pgn_of
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors
+from oncenter.signals import STATUSES
 
 
 @dataclass(frozen=True)
 class Parameter:
     """A suspect parameter (SPN) in its message: bytes and bits count from 1, the lowest byte comes first.
 
-    `signal` is the signal that it gives: directly, or, with `relative`, after the message's first parameter is added.
+    `signal` is the signal that it gives: directly, or, with `relative`, after the message's first parameter is added,
+    or by `means`. A status is true where one of its parameters is. `numbers` are the raw values that a truck can have,
+    where not all are.
     """
 
     spn: int
@@ -32,6 +35,8 @@ class Parameter:
     unit: str
     signal: str | None = None
     relative: bool = False
+    means: Callable[[Column], Column] | None = None
+    numbers: tuple[int, int] | None = None
 
     @property
     def shift(self) -> int:
@@ -40,7 +45,13 @@ class Parameter:
     @property
     def largest_number(self) -> int:
         """The largest valid number. Above it, by top byte: 0xFB to 0xFD reserved, 0xFE error, 0xFF not available."""
+        if self.numbers is not None:
+            return self.numbers[1]
         return {32: 0xFAFFFFFF, 16: 0xFAFF, 8: 0xFA, 6: 0x3D, 2: 1}[self.bits]
+
+    @property
+    def smallest_number(self) -> int:
+        return 0 if self.numbers is None else self.numbers[0]
 
 
 @dataclass(frozen=True)
@@ -57,6 +68,15 @@ def _speed(spn: int, name: str, byte: int, signal: str | None) -> Parameter:
 
 def _relative_speed(spn: int, name: str, byte: int, signal: str | None) -> Parameter:
     return Parameter(spn, name, byte, 1, 8, 1 / 16, -7.8125, "km_h", signal, relative=True)
+
+
+def _is_negative(values: Column) -> Column:
+    return np.where(np.isnan(values), values, values < 0.0)
+
+
+def _state(spn: int, name: str, byte: int, bit: int, signal: str) -> Parameter:
+    """00 is passive, 01 active, 10 an error, 11 not available."""
+    return Parameter(spn, name, byte, bit, 2, 1.0, 0.0, "1", signal)
 
 
 VDC2 = Message(
@@ -103,11 +123,44 @@ CCVS1 = Message(
     "Cruise Control/Vehicle Speed 1",
     (_speed(84, "WheelBasedVehicleSpeed", 2, "vehicle_speed"),),
 )
-TCO1 = Message(
+TCO1 = Message(  # bits of SPN 1619 by the FMS standard: 00 forward, 01 reverse
     65132,
     "TCO1",
     "Tachograph",
-    (_speed(1624, "TachographVehicleSpeed", 7, "vehicle_speed"),),
+    (
+        _state(1619, "TachographDirectionIndicator", 4, 7, "reverse"),
+        _speed(1624, "TachographVehicleSpeed", 7, "vehicle_speed"),
+    ),
+)
+# Layouts of the next three as in several public decoders: byte and bit of SPN 561 to 563, 523, 1813 to 1819.
+VDC1 = Message(
+    65103,
+    "VDC1",
+    "Vehicle Dynamic Stability Control 1",
+    (
+        _state(1816, "ROPEngineControlActive", 2, 1, "stability_control_active"),  # ROP: roll-over prevention
+        _state(1818, "ROPBrakeControlActive", 2, 3, "stability_control_active"),
+        _state(1817, "YCEngineControlActive", 2, 5, "stability_control_active"),  # YC: yaw control
+        _state(1819, "YCBrakeControlActive", 2, 7, "stability_control_active"),
+    ),
+)
+EBC1 = Message(
+    61441,
+    "EBC1",
+    "Electronic Brake Controller 1",
+    (_state(563, "AntiLockBrakingActive", 1, 5, "anti_lock_active"),),
+)
+# Gears of trucks are -6 to 18; a controller that fills its frame with zeros would be in gear -125. 251 is park.
+_GEARS = (125 - 15, 125 + 25)
+ETC2 = Message(
+    61445,
+    "ETC2",
+    "Electronic Transmission Controller 2",
+    (
+        Parameter(
+            523, "TransmissionCurrentGear", 4, 1, 8, 1.0, -125.0, "1", "reverse", means=_is_negative, numbers=_GEARS
+        ),
+    ),
 )
 VP = Message(
     65267,
@@ -127,12 +180,13 @@ VDS = Message(
         _speed(517, "NavigationBasedVehicleSpeed", 3, "vehicle_speed"),
     ),
 )
-MESSAGES = {message.pgn: message for message in (VDC2, EBC2, HRW, CCVS1, TCO1, VP, VDS)}
+MESSAGES = {message.pgn: message for message in (VDC2, EBC2, HRW, CCVS1, TCO1, VDC1, EBC1, ETC2, VP, VDS)}
 
 # The first available message is used: for the speed the one filtered for driving, for wheel speeds the one with the
-# finest resolution.
+# finest resolution, for the direction the gear, since not every tachograph's sensor has a direction.
 PREFERENCE = {
     "vehicle_speed": ("CCVS1", "EBC2", "TCO1", "HRW", "VDS"),
+    "reverse": ("ETC2", "TCO1"),
     **{f"wheel_speed_{wheel}": ("HRW", "EBC2") for wheel in ("front_left", "front_right", "rear_left", "rear_right")},
 }
 
@@ -141,13 +195,10 @@ NAMES = {
     0: "TSC1",
     1024: "XBR",
     61440: "ERC1",
-    61441: "EBC1",
     61442: "ETC1",
     61443: "EEC2",
     61444: "EEC1",
-    61445: "ETC2",
     61447: "FLI1",
-    65103: "VDC1",
     65136: "CVW",
     65198: "AIR1",
     65217: "VDHR",
@@ -186,7 +237,7 @@ def decode(parameter: Parameter, frames: Frames) -> Column:
     mask = np.uint64((1 << parameter.bits) - 1)
     raw = (frames.data >> np.uint64(parameter.shift)) & mask
     values = raw.astype(np.float64) * parameter.scale + parameter.offset
-    values[raw > parameter.largest_number] = np.nan
+    values[(raw > parameter.largest_number) | (raw < parameter.smallest_number)] = np.nan
     return values
 
 
@@ -199,7 +250,7 @@ def why_no_number(parameters: Sequence[Parameter], frames: Frames) -> dict[str, 
         error = (1 << min(parameter.bits, 8)) - 2  # all ones mean not available, one less an error
         code = np.where(top > error, 1, np.where(top == error, 2, 3))
         code[frames.length.astype(np.int64) * 8 < parameter.shift + parameter.bits] = 4
-        code[raw <= parameter.largest_number] = 0
+        code[(raw <= parameter.largest_number) & (raw >= parameter.smallest_number)] = 0
         reasons = np.where(reasons == 0, code, reasons)
     counts = np.bincount(reasons, minlength=5)[1:].tolist()
     return {reason: count for reason, count in zip(_REASONS, counts, strict=True) if count}
@@ -228,7 +279,10 @@ def signals_of(message: Message, values: Mapping[int, Column]) -> dict[str, Colu
             if base.spn not in values:
                 continue
             value = value + values[base.spn]
-        given[parameter.signal] = value * factors(parameter.signal)[parameter.unit]
+        value = value if parameter.means is None else parameter.means(value)
+        value = value * factors(parameter.signal)[parameter.unit]
+        several = parameter.signal in STATUSES and parameter.signal in given
+        given[parameter.signal] = np.fmax(given[parameter.signal], value) if several else value
     wheels = [column for signal, column in given.items() if signal.startswith("wheel_speed_")]
     if message is HRW and len(wheels) == len(HRW.parameters):
         given["vehicle_speed"] = np.mean(wheels, axis=0)

@@ -465,7 +465,7 @@ def _lost_together(values: Column, of_parts: list[dict[str, int]]) -> dict[str, 
 def _in_range(values: Column, parameter: j1939.Parameter) -> Column:
     """NaN where a decoder converted the codes for error and not available to numbers."""
     highest = parameter.offset + parameter.scale * (parameter.largest_number + 0.5)
-    lowest = parameter.offset - parameter.scale * 0.5
+    lowest = parameter.offset + parameter.scale * (parameter.smallest_number - 0.5)
     return np.where((values > highest) | (values < lowest), np.nan, values)
 
 

@@ -14,8 +14,14 @@ from oncenter.errors import OncenterError
 from oncenter.read import j1939
 from oncenter.read.frames import Column
 from oncenter.read.units import factors, unit_key
+from oncenter.signals import STATUSES
 
-_DIRECT = [(m, p) for m in j1939.MESSAGES.values() for p in m.parameters if p.signal is not None and not p.relative]
+_DIRECT = [
+    (m, p)
+    for m in j1939.MESSAGES.values()
+    for p in m.parameters
+    if p.signal is not None and not p.relative and p.signal not in STATUSES
+]
 _BY_SPN = {parameter.spn: (message, parameter) for message, parameter in _DIRECT}
 _BY_NAME = {parameter.name.lower(): (message, parameter) for message, parameter in _DIRECT}
 _SPN = re.compile(r"(?:^|[^a-z])spn[ _-]*(\d{2,6})(?!\d)|^(\d{2,6})[ _-]+[a-z]|[a-z][ _-](\d{2,6})$")

@@ -113,7 +113,8 @@ class SignalName:
     None for the file's own unit. `sign` is -1 where right is positive. `sign_by` is a signal that is not zero where a
     magnitude is to the right, `plus` one that is added, both named as `name` and sent in the same message. `time` is
     the column or variable with its times, or the group that has them; `time_unit` is their unit. `gain` is the steering
-    ratio for an angle of the road wheels, else 1.
+    ratio for an angle of the road wheels, else 1. `true_when` are the values of a true status, numbers or their names
+    in the database; all other values are false.
     """
 
     name: str
@@ -124,6 +125,7 @@ class SignalName:
     time: str | None = None
     time_unit: str | None = None
     gain: float = 1.0
+    true_when: tuple[float | str, ...] | None = None
 
     @property
     def factor(self) -> float:

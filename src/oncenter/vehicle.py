@@ -19,7 +19,7 @@ from oncenter.files.shipped import shipped
 from oncenter.files.toml_file import read_toml, refusal
 from oncenter.nearest_name import did_you_mean, nearest
 from oncenter.param_table import params
-from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, SignalName
+from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, STATUSES, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
 from oncenter.vehicle_keys import KEYS, OFFSET_LIMIT_DEG, bounds
 
@@ -73,6 +73,7 @@ class _SignalEntry(BaseModel):
     time: str | None = None
     time_unit: str | None = None
     road_wheel: bool = False
+    true_when: Annotated[tuple[float | str, ...], Field(min_length=1, max_length=64)] | None = None
 
 
 class Sensors(BaseModel):
@@ -210,6 +211,8 @@ class Vehicle(BaseModel):
                     raise ValueError(f"'time' has no '{key}'")
             if value[name].road_wheel and name != _ANGLE:
                 raise ValueError(f"'{name}' has no 'road_wheel': only {_ANGLE} can be an angle of the road wheels")
+            if value[name].true_when is not None and name not in STATUSES:
+                raise ValueError(f"'{name}' has no 'true_when': only {', '.join(STATUSES)} are true or false")
         return value
 
     @field_validator("dbc", mode="before")

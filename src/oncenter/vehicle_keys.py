@@ -357,7 +357,8 @@ TABLES: dict[str, Key] = {
             "in a unit. By signal: `name` (column, channel, or Message.Signal of a database), `unit` (left out: the "
             "unit in the log or database), `sign` (-1 where right is positive), `sign_by` (the signal that has the "
             "sign of a magnitude), `plus` (the second part of a signal in two parts), `time` (its time column or "
-            "group, where a log has several), `time_unit` and `road_wheel` (true for the angle of the road wheels).",
+            "group, where a log has several), `time_unit`, `road_wheel` (true for the angle of the road wheels) and "
+            "`true_when` (the values of a true status).",
             {"yaw_rate": {"name": "ESP.YawRate", "unit": "deg_s", "sign": 1}},
             where="`oncenter signals LOG` shows the signals that a log has; `oncenter vehicle new --log LOG --dbc "
             "FILE` proposes names.",
@@ -424,6 +425,13 @@ SIGNAL_ENTRY: dict[str, Key] = {
             True,
             choices=("true", "false"),
             without="false",
+        ),
+        Key(
+            "true_when",
+            "Of a status (`reverse`, `axle_lifted`, ..._active): the values at which it is true, numbers as the log or "
+            "database has them, or their names in the database. All others are false.",
+            ["R"],
+            without="1 is true, 0 is false, and other values are not available",
         ),
     )
 }

@@ -13,7 +13,7 @@ import numpy as np
 from oncenter.errors import OncenterError
 from oncenter.nearest_name import did_you_mean, in_order_of_likeness
 from oncenter.read.frames import Column
-from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
+from oncenter.read.parts import as_status, combined, missing_part, parts_of, true_numbers, unit_of_plus
 from oncenter.read.samples import Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
 from oncenter.read.wording import ASSIGN_THEM
@@ -153,7 +153,10 @@ def samples_of(channel: Channel, names: Mapping[str, SignalName], notes: list[st
                 )
                 continue
             factor = known[unit]
-        values = values * factor
+        entry = names[signal] if is_named else None
+        stated = as_status(signal, values * factor, true_numbers(signal, entry, {}, f"{channel.called} {channel.name}"))
+        codes = int(np.count_nonzero(np.isnan(stated) & ~np.isnan(values)))
+        values, lost = stated, {**lost, "not_available": lost.get("not_available", 0) + codes} if codes else lost
         rank = 0 if is_named else 1
         name, label, called, stamps = channel.name, channel.label, channel.called, channel.stamps
         given.append(samples(name, label, signal, time, values, name, rank, lost, called, stamps))

@@ -21,7 +21,7 @@ from oncenter.read import j1939
 from oncenter.read.database_file import Database, bad_database, not_read_note, read_database
 from oncenter.read.database_parts import NotRead
 from oncenter.read.frames import BYTES_MAX, Column, Frames, Kept, bus_name, pgn_of
-from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
+from oncenter.read.parts import as_status, combined, missing_part, parts_of, true_numbers, unit_of_plus
 from oncenter.read.samples import Beyond, Samples
 from oncenter.read.units import factors, named_unit, unit_by_suffix, unit_key
 from oncenter.read.wording import ASSIGN_THEM
@@ -55,6 +55,7 @@ class Field:
     group: j1939.Message | None = None
     plus: tuple[Signal, float] | None = None
     sign_by: Signal | None = None
+    true_when: tuple[float, ...] | None = None
 
     @property
     def layouts(self) -> tuple[Signal, ...]:
@@ -134,7 +135,10 @@ def _content(definition: Definition) -> tuple[object, ...]:
     """All that decoding depends on: cantools compares signals by identity."""
     message = definition.message
     layouts = [
-        (part.name, part.start, part.length, part.byte_order, part.is_signed, part.scale, part.offset, field.signal)
+        (
+            *(part.name, part.start, part.length, part.byte_order, part.is_signed, part.scale, part.offset),
+            *(field.signal, field.true_when),
+        )
         for field in definition.fields
         for part in field.layouts
     ]
@@ -231,7 +235,14 @@ def _named(message: Message, layout: Signal, signal: str, entry: SignalName) -> 
         own = unit_of_plus(signal, entry, unit, part.unit or "", layout.unit or "", known)
         plus = part, entry.factor * known[own]
     sign_by = None if entry.sign_by is None else by_name[entry.sign_by]
-    return Field(layout, entry.factor * known[unit], signal, plus=plus, sign_by=sign_by)
+    of_names = {str(name): code * _float(layout.scale) + _float(layout.offset) for code, name in _choices(layout)}
+    true = true_numbers(signal, entry, of_names, f"{message.name}.{layout.name} in the database")
+    is_true = None if true is None else tuple(true)
+    return Field(layout, entry.factor * known[unit], signal, plus=plus, sign_by=sign_by, true_when=is_true)
+
+
+def _choices(layout: Signal) -> list[tuple[int, object]]:
+    return list((layout.choices or {}).items())
 
 
 def _impossible(message: Message, layout: Signal, selectors: Sequence[Signal] | None) -> str | None:
@@ -425,6 +436,9 @@ def _is_possible(values: Column, parameter: j1939.Parameter) -> npt.NDArray[np.b
 def _direct(definition: Definition, field: Field, frames: Frames, in_file: int) -> _Values:
     assert field.signal is not None
     found, lost = _whole(field, frames), {}
+    values = as_status(field.signal, found.values, field.true_when)
+    found.why[np.isnan(values) & (found.why == 0)] = _NOT_AVAILABLE
+    found = found._replace(values=values, beyond=found.beyond & ~np.isnan(values))
     if len(frames) < in_file:
         lost["other_multiplexer_page"] = in_file - len(frames)
     beyond = _beyond(definition.message, field.layout, found.beyond)

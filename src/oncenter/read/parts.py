@@ -1,8 +1,9 @@
-"""A signal in two parts: a magnitude whose sign is another signal, or a coarse value and its fraction."""
+"""A signal that its values do not give by themselves: a magnitude whose sign is another signal, a coarse value and its
+fraction, a status by its codes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.nearest_name import did_you_mean
 from oncenter.read.frames import Column
 from oncenter.read.units import unit_key
-from oncenter.signals import SignalName
+from oncenter.signals import STATUSES, SignalName
 
 
 def parts_of(entry: SignalName) -> dict[str, str]:
@@ -26,6 +27,41 @@ def combined(values: Column, plus: Column | None, sign: Column | None) -> Column
     signed = np.where(sign != 0.0, -whole, whole)
     signed[np.isnan(sign)] = np.nan
     return signed
+
+
+def as_status(signal: str, values: Column, true_when: Iterable[float] | None) -> Column:
+    """A status as 1 and 0: true where the value is one of `true_when`, else false. Without them 1 is true, 0 is false,
+    and other values are not available. Other signals are as they are."""
+    if signal not in STATUSES:
+        return values
+    if true_when is None:
+        return np.where((values == 0.0) | (values == 1.0), values, np.nan)
+    return np.where(np.isnan(values), np.nan, np.isin(values, list(true_when)))
+
+
+def true_numbers(signal: str, entry: SignalName | None, by_name: Mapping[str, float], where: str) -> list[float] | None:
+    """The values of a true status as numbers; None where `[signals]` does not give them.
+
+    Args:
+        by_name: the values of the names that the database gives.
+        where: the signal and its file, for messages.
+
+    Raises:
+        OncenterError: "missing_part", exit code 2: the database has no such name.
+    """
+    if entry is None or entry.true_when is None:
+        return None
+    for value in entry.true_when:
+        if isinstance(value, str) and value not in by_name:
+            named = f"; its names are {', '.join(map(repr, by_name))[:200]}" if by_name else ": give its number"
+            raise OncenterError(
+                f"[signals] {signal}: true_when = {value!r} is not the name of a value of {where}"
+                f"{did_you_mean(value, by_name) or named}",
+                code="missing_part",
+                exit_code=WRONG_USAGE,
+                needs=(signal,),
+            )
+    return [by_name[value] if isinstance(value, str) else value for value in entry.true_when]
 
 
 def unit_of_plus(signal: str, entry: SignalName, unit: str, written: str, of_main: str, known: dict[str, float]) -> str:

@@ -27,7 +27,7 @@ from oncenter.read.frames import Column
 from oncenter.read.identity import Identity, identity_of_columns, identity_of_metadata
 from oncenter.read.left_out import LeftOut
 from oncenter.read.numbers import in_si, numbers
-from oncenter.read.parts import combined, missing_part, parts_of, unit_of_plus
+from oncenter.read.parts import as_status, combined, missing_part, parts_of, true_numbers, unit_of_plus
 from oncenter.read.plugins import known_format
 from oncenter.read.samples import Samples, steps_of
 from oncenter.read.spn import parameter_of, parameters_in, without_codes
@@ -299,10 +299,15 @@ def samples_of(
         entry = names.get(signal)
         if entry is not None and entry.name == column and parts_of(entry):
             cells = _whole(path, frame, cells, signal, entry, factor, units)
+        own = entry if entry is not None and entry.name == column else None
+        stated = as_status(signal, cells, true_numbers(signal, own, {}, f"column {column} of {path.name}"))
+        codes = 0 if stated is cells else int(np.count_nonzero(np.isnan(stated) & ~np.isnan(cells)))
+        cells = stated
         values = cells[stamped] if empty else cells
         finite = np.isfinite(values)
         complete = bool(finite.all())
         lost = {"without_time": int(np.count_nonzero(~np.isnan(cells[~stamped])))} if empty else {}
+        lost["not_available"] = codes
         if not complete:
             lost["infinite"] = int(np.count_nonzero(np.isinf(values)))
             values = np.where(finite, values, np.nan)

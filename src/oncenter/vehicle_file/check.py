@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -75,8 +75,13 @@ def _given(truck: Vehicle) -> Iterator[tuple[str, str]]:
             f"{entry.name}{f' plus {entry.plus}' if entry.plus else ''}{f' in {entry.unit}' if entry.unit else ''}"
             + (f", sign by {entry.sign_by}" if entry.sign_by else "")
             + (", right is positive" if entry.sign == -1 else "")
-            + (", the angle of the road wheels" if entry.road_wheel else ""),
+            + (", the angle of the road wheels" if entry.road_wheel else "")
+            + (f", true when {_listed(entry.true_when)}" if entry.true_when else ""),
         )
+
+
+def _listed(values: Sequence[float | str]) -> str:
+    return " or ".join(value if isinstance(value, str) else f"{value:g}" for value in values)
 
 
 def unusual(truck: Vehicle) -> Iterator[str]:

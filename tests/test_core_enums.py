@@ -47,6 +47,7 @@ def with_all_signals() -> dict[str, Array]:
     columns |= {"steering_wheel_torque_nm": 0.5 * np.sin(np.arange(6000) / 40.0)}
     for k, status in enumerate(STATUSES):  # true for two seconds each
         columns[status] = (np.arange(6000) // 200 == 10 + k).astype(float)
+    columns[SPEED][columns["reverse"] > 0.5] = 5.0
     return columns
 
 

@@ -54,7 +54,7 @@ CAUSES: dict[str, Callable[[], dict[str, Array]]] = {
     "yaw_rate_bias": running_away,
     "lateral_acceleration": lambda: steady(**{YAW_RATE: 0.2, ACCELERATION: 4.0}),
     "intervention": lambda: steady(stability_control_active=1.0),
-    "reverse": lambda: steady(reverse=1.0),
+    "reverse": lambda: steady(**{SPEED: 5.0}, reverse=1.0),
     "steering_assist": lambda: steady(steering_assist_active=1.0),
     "signal_fault": lambda: steady(**{ANGLE: np.where(np.arange(6000) % 2 == 0, 0.03, 0.0)}),
 }

@@ -103,6 +103,11 @@ def test_backing_up_is_a_reason_and_its_speed_is_negative_whether_the_bus_has_it
     assert _core._values(by_size) == _core._values(by_sign)
 
 
+def test_a_status_of_reverse_at_the_speed_of_a_motorway_is_wrong_and_changes_no_bit() -> None:
+    ends = [Ecu().run(steady(**more)).values() for more in ({}, {"reverse": 1.0})]
+    assert ends[0] == ends[1]
+
+
 def test_the_place_in_the_play_is_unknown_after_a_steering_assistance() -> None:
     columns = drive(1, RATE_HZ, 100.0)
     assisted = during(50.0, 60.0, len(columns["time_s"]))

@@ -28,6 +28,7 @@ void oc_restart(oc_state *state, double elapsed_s) {
 /* rad: angle from straight ahead up to which a truck that seems to stand cannot creep through a turn */
 static const double near_straight = 5.0 * 0.017453292f;
 static const double near_unknown_straight = 20.0 * 0.017453292f; /* rad: the same while the offset is not learned */
+static const double backward_speed_max = 10.0; /* m/s: speed above which no truck drives backward */
 static const float braked_memory_s = 1.0f; /* s: time after an intervention in which truck and filters swing out */
 /* end */
 
@@ -58,10 +59,11 @@ static bool is_angle_discarded(const oc_fault_watch *watch, bool suspected, oc_m
 static void take_statuses(oc_tick *tick, oc_tracking *tracking, const oc_coefficients *c) {
     const uint32_t is_true = oc_signals_true(&tick->signals);
     const bool brakes = (is_true & (OC_HAS_STABILITY_CONTROL_ACTIVE | OC_HAS_ANTI_LOCK_ACTIVE)) != 0;
+    const bool backs_up = (is_true & OC_HAS_REVERSE) != 0 && fabs(tick->signals.vehicle_speed) < backward_speed_max;
     const float left_s = oc_max(tracking->braked_s - (float)c->tick_s, 0.0f);
     tracking->braked_s = brakes ? braked_memory_s : left_s;
     tick->disturbed = (tracking->braked_s > 0.0f ? OC_REASON_INTERVENTION : 0u) |
-                      ((is_true & OC_HAS_REVERSE) != 0 ? OC_REASON_REVERSE : 0u) |
+                      (backs_up ? OC_REASON_REVERSE : 0u) |
                       ((is_true & OC_HAS_STEERING_ASSIST_ACTIVE) != 0 ? OC_REASON_STEERING_ASSIST : 0u);
 }
 

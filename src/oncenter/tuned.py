@@ -311,6 +311,7 @@ TUNED = {  # by C file and name
     "speed_floor.sparse": 0.5,
     "monitor.near_straight": 0.08726646259971647,
     "monitor.near_unknown_straight": 0.3490658503988659,
+    "monitor.backward_speed_max": 10.0,
     "monitor.braked_memory_s": 1.0,
 }
 PRIORS = {  # mean and sd of each term

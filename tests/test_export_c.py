@@ -211,6 +211,21 @@ def test_the_example_for_j1939_decodes_as_the_database_and_drops_a_message_that_
     assert at(11.0) == set()
     calls.j1939_receive(bus, 61449, b"\xff" * 8, ctypes.c_double(11.0))
     assert at(11.0) == set()
+    statuses = {"stability_control_active": 1.0, "anti_lock_active": 1.0, "reverse": 1.0}
+    receive("VDC1", YCBrakeControlActive=1, ROPBrakeControlActive=3, ROPEngineControlActive=0, YCEngineControlActive=3)
+    receive("EBC1", AntiLockBrakingActive=1)
+    receive("ETC2", TransmissionCurrentGear=-1)
+    assert at(10.2) == {
+        *statuses,
+        "vehicle_speed",
+        *(name for name in _core.COLUMNS.values() if name.startswith("wheel_speed")),
+    }
+    assert {name: getattr(tick, name) for name in statuses} == statuses
+    receive("ETC2", TransmissionCurrentGear=12)
+    assert "reverse" in at(10.2) and tick.reverse == 0.0
+    for pgn, data in ((65103, b"\xff" * 8), (61441, b"\xff" * 8), (61445, b"\0" * 8)):
+        calls.j1939_receive(bus, pgn, data, ctypes.c_double(10.0))
+    assert at(10.2).isdisjoint(statuses)
 
 
 def items_of(a2l: Path) -> list[str]:

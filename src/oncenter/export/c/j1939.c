@@ -12,7 +12,7 @@ static const uint32_t ebc2_bits = OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_S
 
 void j1939_init(j1939_signals *bus) {
     memset(bus, 0, sizeof *bus);
-    bus->vdc2_s = bus->ebc2_s = bus->ccvs1_s = long_ago;
+    bus->vdc2_s = bus->ebc2_s = bus->ccvs1_s = bus->vdc1_s = bus->ebc1_s = bus->etc2_s = long_ago;
 }
 
 static void set(oc_signals *last, uint32_t bit, double *signal, double value, bool is_number) {
@@ -31,6 +31,17 @@ static void set_wheel(oc_signals *last, uint32_t bit, double *signal, const uint
     const uint32_t axle = (uint32_t)data[0] | (uint32_t)data[1] << 8;
     const double km_h = (double)axle / 256.0 + (double)data[byte] / 16.0 - 7.8125;
     set(last, bit, signal, km_h * m_s_per_km_h, axle <= 0xFAFFu && data[byte] <= 0xFAu);
+}
+
+/* States of two bits each: 0 passive, 1 active, else no number. Active where one of them is. */
+static void set_states(oc_signals *last, uint32_t bit, double *signal, uint32_t states, uint32_t count) {
+    bool is_active = false, is_known = false;
+    for (uint32_t k = 0; k < count; ++k) {
+        const uint32_t state = states >> (2u * k) & 3u;
+        is_active = is_active || state == 1u;
+        is_known = is_known || state <= 1u;
+    }
+    set(last, bit, signal, is_active ? 1.0 : 0.0, is_known);
 }
 
 void j1939_receive(j1939_signals *bus, uint32_t pgn, const uint8_t *data, double time_s) {
@@ -53,6 +64,18 @@ void j1939_receive(j1939_signals *bus, uint32_t pgn, const uint8_t *data, double
         set_word(last, OC_HAS_VEHICLE_SPEED, &last->vehicle_speed, data + 1, m_s_per_km_h / 256.0, 0.0);
         bus->ccvs1_s = time_s;
         break;
+    case J1939_VDC1: /* roll-over prevention and yaw control, by engine and brakes */
+        set_states(last, OC_HAS_STABILITY_CONTROL_ACTIVE, &last->stability_control_active, data[1], 4);
+        bus->vdc1_s = time_s;
+        break;
+    case J1939_EBC1: /* bits 5 and 6 */
+        set_states(last, OC_HAS_ANTI_LOCK_ACTIVE, &last->anti_lock_active, (uint32_t)data[0] >> 4, 1);
+        bus->ebc1_s = time_s;
+        break;
+    case J1939_ETC2: /* gears of -15 to 25 */
+        set(last, OC_HAS_REVERSE, &last->reverse, data[3] < 125u ? 1.0 : 0.0, data[3] >= 110u && data[3] <= 150u);
+        bus->etc2_s = time_s;
+        break;
     default: break;
     }
 }
@@ -63,4 +86,7 @@ void j1939_tick(const j1939_signals *bus, double time_s, oc_signals *tick) {
     tick->valid &= time_s - bus->vdc2_s < vdc2_held_s ? ~0u : ~vdc2_bits;
     tick->valid &= time_s - bus->ebc2_s < slow_held_s ? ~0u : ~ebc2_bits;
     tick->valid &= time_s - bus->ccvs1_s < slow_held_s ? ~0u : ~(uint32_t)OC_HAS_VEHICLE_SPEED;
+    tick->valid &= time_s - bus->vdc1_s < slow_held_s ? ~0u : ~(uint32_t)OC_HAS_STABILITY_CONTROL_ACTIVE;
+    tick->valid &= time_s - bus->ebc1_s < slow_held_s ? ~0u : ~(uint32_t)OC_HAS_ANTI_LOCK_ACTIVE;
+    tick->valid &= time_s - bus->etc2_s < slow_held_s ? ~0u : ~(uint32_t)OC_HAS_REVERSE;
 }

@@ -47,7 +47,12 @@ IMPOSSIBLE = [
     (TRAILER.replace("108000.0", "1.0") + "gravity_centre_m = 5.6\naxles_m = 7.7", "yaw_inertia_kg_m2"),
     (TAG_AXLE + "lift_axle_up_s = [[2000.0, 2500.0]]", "truck.lift_axle_up_s"),
     (TAG_AXLE + "lift_axle_up_s = [[10.0, 11.0]]", "lift_axle_up_s"),
+    ('[truck]\naxle_layout = "6x4"\nrear_axle_spacing_m = 1.35\nrear_steering = {}', "rear_steering"),
+    ("[truck]\nrear_steering = {}", "rear_steering.share"),
+    ("[truck]\nrear_steering = { share = 0.2 }", "truck.rear_steering.share"),
+    ("[sensors.rear_axle_angle]", "sensors.rear_axle_angle"),
     # no steering
+    ("[steering.overlay_motor]\nlash_deg = 3.0\nhands_off_s = [[9.0, 8.0]]", "hands_off_s"),
     ("[steering]\nbacklash_deg = 18.0\nsteering_ratio = 6.0", "backlash_deg"),
     ("[steering]\nsteering_ratio = [0.5, 0.05]", "steering_ratio"),
     ("[steering]\nsteering_ratio = [true, 0.05]", "steering_ratio"),
@@ -57,6 +62,10 @@ IMPOSSIBLE = [
     ("[steering]\npull_n = -1e6", "steering.pull_n"),
     ("[steering]\nbrake_pull_n_m_per_m_s2 = 1e6", "steering.brake_pull_n_m_per_m_s2"),
     # no road, no driver
+    ("[drive]\nreverse_s = [[100.0, 110.0]]", "reverse_s"),
+    ("[drive]\nreverse_s = [[100.0, 160.0]]\nstanding_s = [[50.0, 120.0]]", "standing_s"),
+    ("[drive]\nreverse_s = [[100.0, 160.0]]\n" + TRAILER + "gravity_centre_m = 5.6\naxles_m = 7.7", "drive.reverse_s"),
+    ('interventions = [{ kind = "brake", begin_s = 9.0, length_s = 1.0 }]', "interventions.0.kind"),
     ("[road]\nstraight_length_m = [1e-9, 1e-9]", "road.straight_length_m"),
     ("[road]\nsuperelevation_max_percent = 9.0", "road.superelevation_max_percent"),
     (SECTIONS + "repeat = true\nsections = [{ length_m = 1e-6 }]", "road.sections.0.length_m"),

@@ -1,12 +1,13 @@
 """A drive as frames on the truck's J1939 bus, each message at its own rate.
 
 VDC2 every 10 ms, HRW every 20 ms, CCVS1 and EBC2 every 100 ms, VP and VDS every 100 ms with a GNSS receiver; EEC1 every
-20 ms as an unrelated message. A frame contains the signals at its due time and is sent a little later, with jitter.
+20 ms as an unrelated message. A bus that sends statuses has their messages, too. A frame contains the signals at its
+due time and is sent a little later, with jitter.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +32,7 @@ _LARGEST_1, _LARGEST_2, _LARGEST_4 = 0xFA, 0xFAFF, 0xFAFFFFFF
 _ERROR_1, _ERROR_2, _ERROR_4 = 0xFE, 0xFEFF, 0xFEFFFFFF
 _NO_TURN_COUNTER = 0x3F  # SPN 1811, in byte 3 of VDC2
 _SENSOR_TYPE_BIT = 6  # SPN 1812, two bits of the same byte
+_GEARS, _KM_H_PER_GEAR = 12, 7.0  # of the gearbox, forwards
 
 
 @dataclass(frozen=True)
@@ -90,9 +92,6 @@ def _messages(sensed: Sensed) -> Iterator[_Message]:
     wheels = [column[f"wheel_speed_{corner}"] * _KM_H for corner in CORNERS]
     speed = column["vehicle_speed"] * _KM_H
 
-    def each(period_s: float, values: Array) -> Array:
-        return values[:: round(period_s * RATE_HZ)]
-
     vdc2 = np.empty((len(speed), 8), np.uint8)
     vdc2[:, 0:2] = two_bytes(column["steering_wheel_angle"], 1 / 1024, -31.374)
     sensor_type = column["steering_wheel_angle_sensor_type"].astype(np.uint8)
@@ -102,37 +101,89 @@ def _messages(sensed: Sensed) -> Iterator[_Message]:
     vdc2[:, 7] = one_byte(column["longitudinal_acceleration"], 0.1, -12.5)
     yield _Message(0x18F0093E, 0.01, vdc2)  # PGN 61449 from the stability control
 
-    hrw = np.hstack([two_bytes(each(0.02, wheel), 1 / 256, 0.0) for wheel in wheels])
+    hrw = np.hstack([two_bytes(_each(0.02, wheel), 1 / 256, 0.0) for wheel in wheels])
     yield _Message(0x08FE6E0B, 0.02, hrw)  # PGN 65134 from the brakes
 
-    slow = each(0.1, speed)
-    ccvs1 = np.full((len(slow), 8), _NOT_AVAILABLE_1, np.uint8)
+    slow = _each(0.1, speed)
+    ccvs1 = _empty(len(slow))
     ccvs1[:, 1:3] = two_bytes(slow, 1 / 256, 0.0)
     yield _Message(0x18FEF100, 0.1, ccvs1)  # PGN 65265 from the engine
 
-    front_axle = each(0.1, (wheels[0] + wheels[1]) / 2.0)
+    front_axle = _each(0.1, (wheels[0] + wheels[1]) / 2.0)
     no_number = ~np.isfinite(front_axle)  # the wheels then have the same code as their axle
-    ebc2 = np.full((len(slow), 8), _NOT_AVAILABLE_1, np.uint8)  # SPN 909, 910: there is no second rear axle
+    ebc2 = _empty(len(slow))  # SPN 909, 910: there is no second rear axle
     ebc2[:, 0:2] = two_bytes(front_axle, 1 / 256, 0.0)
     for byte, wheel in enumerate(wheels, start=2):
-        relative = np.subtract(each(0.1, wheel), front_axle, out=front_axle.copy(), where=~no_number)
+        relative = np.subtract(_each(0.1, wheel), front_axle, out=front_axle.copy(), where=~no_number)
         ebc2[:, byte] = one_byte(relative, 1 / 16, -7.8125)
     yield _Message(0x18FEBF0B, 0.1, ebc2)  # PGN 65215 from the brakes
 
-    engine_rpm = 600.0 + 12.0 * each(0.02, speed)
-    eec1 = np.full((len(engine_rpm), 8), _NOT_AVAILABLE_1, np.uint8)
+    engine_rpm = 600.0 + 12.0 * _each(0.02, speed)
+    eec1 = _empty(len(engine_rpm))
     eec1[:, 3:5] = two_bytes(engine_rpm, 1 / 8, 0.0)
     yield _Message(0x0CF00400, 0.02, eec1)  # PGN 61444
 
-    if "heading" not in column:
-        return
-    places = [four_bytes(each(0.1, column[name]), 1e-7, -210.0) for name in ("latitude", "longitude")]
+    if "heading" in column:
+        yield from _gnss_messages(column)
+    yield from _status_messages(sensed.statuses, speed)
+
+
+def _gnss_messages(column: Mapping[str, Array]) -> Iterator[_Message]:
+    places = [four_bytes(_each(0.1, column[name]), 1e-7, -210.0) for name in ("latitude", "longitude")]
     yield _Message(0x18FEF3FB, 0.1, np.hstack(places))  # PGN 65267 from the data logger
 
-    vds = np.full((len(slow), 8), _NOT_AVAILABLE_1, np.uint8)
-    vds[:, 0:2] = two_bytes(each(0.1, column["heading"]), 1 / 128, 0.0)
-    vds[:, 2:4] = two_bytes(each(0.1, column["speed_over_ground"]) * _KM_H, 1 / 256, 0.0)
+    heading = _each(0.1, column["heading"])
+    vds = _empty(len(heading))
+    vds[:, 0:2] = two_bytes(heading, 1 / 128, 0.0)
+    vds[:, 2:4] = two_bytes(_each(0.1, column["speed_over_ground"]) * _KM_H, 1 / 256, 0.0)
     yield _Message(0x18FEE8FB, 0.1, vds)  # PGN 65256 from the data logger
+
+
+def _status_messages(statuses: Mapping[str, Array], speed_km_h: Array) -> Iterator[_Message]:
+    """Layouts as in public headers and databases of J1939-71: bytes and bits count from 1, the lowest bit first."""
+    if "stability_control_active" in statuses:
+        vdc1 = _empty(len(_each(0.1, speed_km_h)))
+        vdc1[:, 0] = 0xC4  # SPN 1813 no information, 1814 fully operational, 1815 no brake light
+        # SPN 1816, 1818, 1817, 1819 in byte 2, bits 1, 3, 5, 7: roll-over by engine, brakes; yaw by engine, brakes
+        vdc1[:, 1] = _two_bits(_each(0.1, statuses["stability_control_active"])) << 6
+        yield _Message(0x18FE4F3E, 0.1, vdc1)  # PGN 65103 from the stability control
+    if "anti_lock_active" in statuses:
+        ebc1 = _empty(len(_each(0.1, speed_km_h)))
+        ebc1[:, 0] = 0xCF | _two_bits(_each(0.1, statuses["anti_lock_active"])) << 4  # SPN 563 in byte 1, bits 5 and 6
+        yield _Message(0x18F0010B, 0.1, ebc1)  # PGN 61441 from the brakes
+    if "axle_lifted" in statuses:
+        asc1 = _empty(len(_each(0.1, speed_km_h)))
+        asc1[:, 4] = 0x3F | _two_bits(_each(0.1, statuses["axle_lifted"])) << 6  # lift axle 1 in byte 5, bits 7 and 8
+        yield _Message(0x18FE5A2F, 0.1, asc1)  # PGN 65114 from the suspension
+    if "reverse" in statuses:
+        yield from _direction_messages(statuses["reverse"], speed_km_h)
+
+
+def _direction_messages(reverse: Array, speed_km_h: Array) -> Iterator[_Message]:
+    slow, backwards = _each(0.1, speed_km_h), _each(0.1, reverse)
+    forwards = np.clip(np.ceil(slow / _KM_H_PER_GEAR), 0.0, _GEARS)
+    etc2 = _empty(len(slow))
+    etc2[:, 0] = etc2[:, 3] = one_byte(np.where(backwards > 0.0, -1.0, forwards), 1.0, -125.0)  # SPN 524 and 523
+    yield _Message(0x18F00503, 0.1, etc2)  # PGN 61445 from the transmission
+
+    speed = _each(0.05, speed_km_h)
+    tco1 = _empty(len(speed))
+    tco1[:, 3] = 0x3F | _two_bits(_each(0.05, reverse)) << 6  # SPN 1619 in byte 4, bits 7 and 8: 0 forward, 1 reverse
+    tco1[:, 6:8] = two_bytes(speed, 1 / 256, 0.0)  # SPN 1624
+    yield _Message(0x0CFE6CEE, 0.05, tco1)  # PGN 65132 from the tachograph
+
+
+def _each(period_s: float, values: Array) -> Array:
+    return values[:: round(period_s * RATE_HZ)]
+
+
+def _empty(count: int) -> Bytes:
+    return np.full((count, 8), _NOT_AVAILABLE_1, np.uint8)
+
+
+def _two_bits(status: Array) -> Bytes:
+    """0, 1, or 3 for a status that is not available."""
+    return np.where(np.isnan(status), 3.0, status).astype(np.uint8)
 
 
 def _columns(sensed: Sensed) -> dict[str, Array]:

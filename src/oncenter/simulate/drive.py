@@ -12,11 +12,12 @@ from oncenter._native import ffi, lib
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE
 from oncenter.simulate.driver import native_driver
+from oncenter.simulate.interventions import brake_moment_n_m, braked_m_s2, within
 from oncenter.simulate.manoeuvre import check_fits, machine_angles_rad
 from oncenter.simulate.road import LaidRoad
 from oncenter.simulate.scenario import Scenario
-from oncenter.simulate.steering import motor_carries, native_steering
-from oncenter.simulate.truck import axle_lift, load_changed, load_changes, native_truck
+from oncenter.simulate.steering import native_steering, resting_torque_n_m
+from oncenter.simulate.truck import axle_lift, load_changed, load_changes, native_truck, rear_steer_share
 from oncenter.simulate.wind import native_wind
 
 Array = npt.NDArray[np.float64]
@@ -75,7 +76,14 @@ def run(
     elif scenario.truck.load_change is not None:
         inputs.second_truck = lent(load_changes(scenario.truck, time_s))
     if scenario.steering.carries_s:
-        inputs.motor_carries = lent(motor_carries(scenario.steering, time_s))
+        inputs.motor_carries = lent(within(scenario.steering.carries_s, time_s))
+    if (motor := scenario.steering.overlay_motor) is not None and motor.resting_torque_n_m != 0.0:
+        inputs.resting_torque = lent(resting_torque_n_m(motor, time_s))
+    if scenario.interventions:
+        inputs.brake_moment = lent(brake_moment_n_m(scenario.interventions, time_s))
+        inputs.braked = lent(braked_m_s2(scenario.interventions, time_s))
+    if scenario.drive.reverse_s:
+        inputs.reverses = lent(within(scenario.drive.reverse_s, time_s))
     if scenario.manoeuvre is not None:
         check_fits(scenario, scenario.manoeuvre)
         inputs.machine_angles = lent(machine_angles_rad(scenario.manoeuvre, time_s))
@@ -130,6 +138,11 @@ def _native_drive(scenario: Scenario, road: LaidRoad, lent: _Lent) -> Any:
     drive.steps_per_tick = _STEPS_PER_TICK
     if scenario.wind is not None:
         drive.wind = native_wind(scenario.wind, 1.0 / RATE_HZ)[0]
+    if scenario.steering.overlay_motor is not None:
+        drive.motor_dead_band = scenario.steering.overlay_motor.dead_band_deg * DEGREE
+    if scenario.truck.rear_steering is not None:
+        drive.rear_share = rear_steer_share(scenario.truck)
+        drive.rear_locks_speed = (scenario.truck.rear_steering.locks_above_km_h or 0.0) / 3.6
     if scenario.truck.lift_axle_up_s:
         drive.second = native_truck(scenario.truck, scenario.steering, lifted=True)[0]
     elif scenario.truck.load_change is not None:

@@ -10,6 +10,8 @@ from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.truck import equivalent_wheelbase_m, first_axle_distance_m, understeer_gradient
 
+_BACKWARDS_CURVATURE_1_M = 0.05  # the largest correction; a lorry's tightest bend has some 0.1
+
 
 def native_driver(scenario: Scenario, tick_s: float) -> Any:
     """The driver as a `sim_driver`, without the times of standstill."""
@@ -23,6 +25,8 @@ def native_driver(scenario: Scenario, tick_s: float) -> Any:
             "backlash_half_width": scenario.steering.backlash_deg * DEGREE / 2.0,
             "lash_half_width": scenario.steering.lash_deg * DEGREE / 2.0
             + scenario.steering.torsion_bar_twist_deg * DEGREE,
+            "backwards_curvature": _BACKWARDS_CURVATURE_1_M,
+            "backwards_speed": scenario.drive.reverse_speed_km_h / 3.6,
             "turns_behind": wheelbase_m - first_axle_distance_m(scenario.truck),
             "preview_time": driver.preview_time_s,
             "gain": driver.preview_gain,

@@ -155,6 +155,7 @@ class Wind(Section):
     force_arm_m: Annotated[Number, Field(ge=-10, le=10)]
     open_share: Annotated[Number, Field(ge=0.05, le=1)] = 1.0  # of the distance; forest and cuttings shelter the rest
     open_length_m: LengthRange | None = None  # of an open stretch
+    from_side: Annotated[bool, Field(strict=True)] = False  # `from_deg` is clockwise from the truck's nose
 
     @model_validator(mode="after")
     def _alternates_with_shelter(self) -> Wind:

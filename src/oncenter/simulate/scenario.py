@@ -24,10 +24,12 @@ from oncenter.files.toml_file import read_toml, refusal
 from oncenter.simulate.road_sections import Driver, Manoeuvre, Road, Stops, Wind
 from oncenter.simulate.section import NotNegative, Number, Section
 from oncenter.simulate.sensor_sections import Can, Sensors, begins_s
-from oncenter.simulate.truck_sections import Steering, Truck
+from oncenter.simulate.truck_sections import Intervention, Steering, Truck
 
 _CODE = "scenario_file"  # of errors
 _BASES_MAX = 16  # files, each the `base` of the one before
+_SHIFTING_S = 4.0  # standing, before and after driving backwards
+_REVERSING_MIN_S = 20.0  # with both
 
 
 class Drive(Section):
@@ -35,12 +37,17 @@ class Drive(Section):
     standing_at_start_s: NotNegative
     standing_at_end_s: NotNegative
     standing_s: tuple[tuple[NotNegative, NotNegative], ...] = ()
+    reverse_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # [begin, end], standing at both
+    reverse_speed_km_h: Annotated[Number, Field(ge=1, le=8)] = 6.0
 
     @property
     def all_standing_s(self) -> tuple[tuple[float, float], ...]:
-        """Begin and end of each standstill: before the start, breaks, after the end."""
+        """Begin and end of each standstill: before the start, breaks, before and after backwards, after the end."""
         end_s = self.duration_s - self.standing_at_end_s
-        return (-1.0, self.standing_at_start_s), *self.standing_s, (end_s, math.inf)
+        before = [(begin, begin + _SHIFTING_S) for begin, _ in self.reverse_s]
+        after = [(end - _SHIFTING_S, end) for _, end in self.reverse_s]
+        breaks = sorted((*self.standing_s, *before, *after)) if before else self.standing_s
+        return (-1.0, self.standing_at_start_s), *breaks, (end_s, math.inf)
 
     @model_validator(mode="after")
     def _drives_at_all(self) -> Drive:
@@ -48,9 +55,12 @@ class Drive(Section):
             raise ValueError(
                 f"'duration_s' must be longer than the standstill at start and end, got {self.duration_s:g}"
             )
+        if any(end - begin < _REVERSING_MIN_S for begin, end in self.reverse_s):
+            raise ValueError(f"'reverse_s' must be [begin, end] pairs of at least {_REVERSING_MIN_S:g} s")
         if any(after <= before for before, after in pairwise(sum(self.all_standing_s, ()))):
             raise ValueError(
-                "'standing_s' must be [begin, end] pairs, ascending, between the standstill at start and at end"
+                "'standing_s' and 'reverse_s' must be [begin, end] pairs, ascending and apart, between the standstill "
+                "at start and at end"
             )
         return self
 
@@ -68,6 +78,7 @@ class Scenario(Section):
     wind: Wind | None = None
     driver: Driver
     manoeuvre: Manoeuvre | None = None
+    interventions: tuple[Intervention, ...] = ()
     sensors: Sensors = Sensors()
     can: Can
 
@@ -83,6 +94,22 @@ class Scenario(Section):
         lifts_s = self.truck.lift_axle_up_s
         if lifts_s and lifts_s[-1][0] >= self.drive.duration_s:
             raise ValueError(f"'truck.lift_axle_up_s' must begin before 'drive.duration_s', got {lifts_s[-1][0]:g}")
+        return self
+
+    @model_validator(mode="after")
+    def _reverses_alone_on_a_road(self) -> Scenario:
+        if not self.drive.reverse_s:
+            return self
+        if self.manoeuvre is not None:
+            raise ValueError("'drive.reverse_s' needs a driver, not a 'manoeuvre'")
+        if self.truck.trailer is not None:
+            raise ValueError("'drive.reverse_s' cannot be given with 'truck.trailer': it would jack-knife")
+        return self
+
+    @model_validator(mode="after")
+    def _has_the_rear_axle_that_it_measures(self) -> Scenario:
+        if self.sensors.rear_axle_angle is not None and self.truck.rear_steering is None:
+            raise ValueError("'sensors.rear_axle_angle' needs 'truck.rear_steering'")
         return self
 
     @model_validator(mode="after")

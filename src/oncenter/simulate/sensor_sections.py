@@ -206,6 +206,23 @@ class SteeringWheelTorqueSensor(Sensor):
         return self
 
 
+class RearAxleAngleSensor(Sensor):
+    """At a steered rear axle: the road wheels' angle."""
+
+    offset_deg: Annotated[Number, Field(ge=-10, le=10)] = 0.0
+    noise_sd_deg: NotNegative = 0.02  # assumed, as the next two
+    resolution_deg: NotNegative = 0.02
+    range_deg: Positive = 45.0
+
+    @model_validator(mode="after")
+    def _reads_straight_ahead(self) -> Self:
+        _check_reads_zero(self.range_deg, self.resolution_deg, abs(self.offset_deg), "deg")
+        return self
+
+
+Status = Literal["stability_control_active", "anti_lock_active", "steering_assist_active", "reverse", "axle_lifted"]
+
+
 class SpeedSensor(Sensor):
     noise_sd_m_s: NotNegative = 0.01  # measured on two real trucks' loggers and a car
     resolution_m_s: _SpeedStep = 1.0 / 256.0 / _KM_H  # SPN 84
@@ -261,6 +278,8 @@ class Sensors(Section):
     speed: SpeedSensor = SpeedSensor()
     wheel_speed: WheelSpeedSensors = WheelSpeedSensors()
     gnss: Gnss | None = None
+    rear_axle_angle: RearAxleAngleSensor | None = None
+    statuses: tuple[Status, ...] = ()  # that the bus sends
 
 
 class Can(Section):

@@ -10,8 +10,9 @@ import numpy.typing as npt
 
 from oncenter._native import ffi
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.simulate.interventions import within
 from oncenter.simulate.truck import steered_force_n, steered_stiffness_n_rad
-from oncenter.simulate.truck_sections import Steering, Truck
+from oncenter.simulate.truck_sections import OverlayMotor, Steering, Truck
 
 _LASH_FRICTION_N_M = 5.0  # about the king pins: bearings of the column, small against the king pins' own
 
@@ -55,12 +56,9 @@ def hand_torque_n_m_per_m_s2(truck: Truck, steering: Steering) -> float:
     return moment_n_m / (steering.ratio_near_centre * steering.assistance)
 
 
-def motor_carries(steering: Steering, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """1 at each time at which the overlay motor steers, else 0."""
-    carries = np.zeros(len(time_s))
-    for from_s, until_s in steering.carries_s:
-        carries[(time_s >= from_s) & (time_s < until_s)] = 1.0
-    return carries
+def resting_torque_n_m(motor: OverlayMotor, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Torque at each time of the hand that rests on the rim while the motor steers."""
+    return motor.resting_torque_n_m * (1.0 - within(motor.hands_off_s, time_s))
 
 
 def native_steering(steering: Steering, truck: Truck) -> Any:

@@ -153,6 +153,28 @@ def _check_stands(name: str, truck: Truck, lifted: bool) -> None:
         raise _refusal(name, "'truck' has an axle without load; change 'front_axle_distance_m' or 'payload'")
 
 
+def rear_steer_share(truck: Truck) -> float:
+    """Angle of the last axle per front wheel angle, while it is not locked; 0 if it is not steered."""
+    if truck.rear_steering is None:
+        return 0.0
+    if truck.rear_steering.share is not None:
+        return truck.rear_steering.share
+    return (truck.wheelbase_m - _places_m(truck)[-1]) / truck.wheelbase_m
+
+
+def rear_steer_weight(truck: Truck, steering: Steering) -> float:
+    """Front wheel angle per angle of a steered last axle, in any steady motion: 1 for two axles; tyres near zero slip.
+
+    The curvature is (front - weight * rear) / L_e, with L_e and K_us of the locked axle.
+    """
+    native = native_truck(truck, steering)
+    axles = [native.axles[k] for k in range(native.axle_count)]
+    stiffness = [lib.sim_axle_stiffness(ffi.addressof(axle)) for axle in axles]
+    total, moment = sum(stiffness), sum(c * axle.distance for c, axle in zip(stiffness, axles, strict=True))
+    front, rear = axles[0], axles[-1]
+    return float(stiffness[-1] * (moment - rear.distance * total) / (stiffness[0] * (front.distance * total - moment)))
+
+
 def axle_lift(truck: Truck, time_s: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Lift of the last axle at each time, 0 to 1; it starts to move at the scenario's times."""
     knots_s, shares = [-1.0], [0.0]

@@ -92,6 +92,24 @@ class LoadChange(Section):
     ride_height_steer_deg: Annotated[Number, Field(ge=-20, le=20)] = 0.0  # change of straight-ahead angle
 
 
+class RearSteering(Section):
+    """The last axle steers against the front wheels: a tag axle to one turning centre with them, or by a share."""
+
+    share: Annotated[Number, Field(ge=-1, lt=0)] | None = None  # of the front wheel angle; None, 6x2: by geometry
+    locks_above_km_h: Annotated[Number, Field(ge=10, le=100)] | None = None  # fades over the last quarter before
+
+
+class Intervention(Section):
+    """Brakes that a control applies: their yaw moment is none that the steering explains."""
+
+    kind: Literal["stability_control", "anti_lock"]
+    begin_s: NotNegative
+    length_s: Annotated[Number, Field(gt=0, le=60)]
+    yaw_moment_n_m: Annotated[Number, Field(ge=-50_000, le=50_000)] = 0.0  # to the left; rises and falls within 0.2 s
+    deceleration_m_s2: Annotated[Number, Field(ge=0, le=8)] = 0.0
+    wheel_slip_percent: Annotated[Number, Field(ge=0, le=50)] = 0.0  # maximum; each wheel's speed falls by it in turn
+
+
 _FrontAndRearAxles = {"4x2": (1, 1), "6x2": (1, 2), "6x4": (1, 2), "8x4": (2, 2)}
 
 
@@ -112,6 +130,7 @@ class Truck(Section):
     rear_axle_spacing_m: Annotated[Number, Field(gt=0, le=5)] | None = None  # 6x2, 6x4, 8x4: between the last two axles
     last_axle_load_share: Annotated[Number, Field(gt=0, lt=1)] = 0.5  # of load and stiffness of the last two axles
     second_axle_steer_share: Annotated[Number, Field(gt=0, le=1)] | None = None  # of the first's angle; by geometry
+    rear_steering: RearSteering | None = None
     lift_axle_up_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # 6x2: times up and down again of the last axle
     dual_tyre_spacing_m: Annotated[Number, Field(ge=0, le=0.6)] = 0.0  # middle to middle; a tag axle has single tyres
     dual_tyre_longitudinal_stiffness_n: NotNegative = 0.0  # of one tyre, N per unit of slip
@@ -152,6 +171,11 @@ class Truck(Section):
             raise ValueError(f"'front_axle_spacing_m' must be below the wheelbase, got {self.front_axle_spacing_m:g}")
         if self.second_axle_steer_share is not None and self.front_axle_count == 1:
             raise ValueError(f"'second_axle_steer_share' cannot be given for axle_layout {self.axle_layout}")
+        if self.rear_steering is not None:
+            if self.axle_layout not in ("4x2", "6x2"):
+                raise ValueError(f"'rear_steering' needs axle_layout 4x2 or 6x2, got {self.axle_layout}")
+            if self.rear_steering.share is None and self.axle_layout != "6x2":
+                raise ValueError(f"'rear_steering.share' must be given for axle_layout {self.axle_layout}")
         if self.lift_axle_up_s and self.axle_layout != "6x2":
             raise ValueError(f"'lift_axle_up_s' needs axle_layout 6x2, got {self.axle_layout}")
         if any(after - before < LIFTING_S for before, after in pairwise(sum(self.lift_axle_up_s, ()))):
@@ -186,11 +210,17 @@ class OverlayMotor(Section):
 
     lash_deg: Annotated[Number, Field(ge=0, le=20)]  # full width, between steering wheel and gear
     carries_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # [begin, end] of the times when the motor steers
+    dead_band_deg: Annotated[Number, Field(ge=0, le=5)] = 0.0  # to either side, at the gear: the motor stays within it
+    # Of a hand that rests on the rim while the motor steers, left positive. Chosen: an arm's weight of some 5 to 10 N
+    # at a radius of 0.22 m; beyond the column's friction it keeps the wheel on one side of the lash.
+    resting_torque_n_m: Annotated[Number, Field(ge=-10, le=10)] = 0.0
+    hands_off_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # [begin, end] of the times without that hand
 
     @model_validator(mode="after")
     def _carries_in_order(self) -> OverlayMotor:
-        if any(after <= before for before, after in pairwise(sum(self.carries_s, ()))):
-            raise ValueError("'carries_s' must be [begin, end] pairs, ascending")
+        for key in ("carries_s", "hands_off_s"):
+            if any(after <= before for before, after in pairwise(sum(getattr(self, key), ()))):
+                raise ValueError(f"'{key}' must be [begin, end] pairs, ascending")
         return self
 
 

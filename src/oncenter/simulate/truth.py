@@ -17,8 +17,15 @@ from oncenter.files.whole_file import whole_file, write_whole
 from oncenter.signals import DEGREE
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.sensors import Fault, Sensed
+from oncenter.simulate.sensors.status import true_statuses
 from oncenter.simulate.steering import straight_ahead_rad, unloading_acceleration_m_s2
-from oncenter.simulate.truck import equivalent_wheelbase_m, load_changed, on_patch, understeer_gradient
+from oncenter.simulate.truck import (
+    equivalent_wheelbase_m,
+    load_changed,
+    on_patch,
+    rear_steer_weight,
+    understeer_gradient,
+)
 
 _COLUMNS = {
     "time_s": "time",
@@ -46,6 +53,8 @@ _COLUMNS = {
     "articulation_rad": "articulation",
     "axle_lift": "second_truck",
 }
+# The other two statuses are `motor_carries` and, from half of the way up, `axle_lift`.
+_STATUS_COLUMNS = ("stability_control_active", "anti_lock_active", "reverse")
 _MOTOR_COLUMNS = {"place_in_lash": "place_in_lash", "motor_carries": "motor_carries"}
 
 SCHEMA = "oncenter/truth-1"  # of the summary
@@ -74,6 +83,9 @@ class Truth:
         load_changed_understeer_gradient: K_us/g after the load change, rad/(m/s^2); None without one.
         load_changed_equivalent_wheelbase_m: L of (10) after the load change; None without one.
         patch_understeer_gradient: K_us/g on road patches, with the initial load, rad/(m/s^2); None without patches.
+        rear_steer_weight: the curvature is (front - this times rear) / L_e, both road wheel angles, with L_e and K_us/g
+            of the locked rear axle; None if it is not steered.
+        rear_axle_offset_rad: of the rear axle's angle sensor: measured less true angle; None without one.
         steering_ratio: near the centre, in left turns.
         backlash_rad: full width of the play at the steering wheel while the driver steers: of the gear and, with an
             overlay motor, of the lash in the column.
@@ -99,7 +111,9 @@ class Truth:
             the last axle down and 1 with it up. With an overlay motor, `place_in_lash` is -1 to 1 and `motor_carries` 1
             while the motor steers. With a load change, `load_change` is 1 from then on and `straight_ahead_rad` is the
             straight-ahead angle at every tick. With patches, `road_patch` is 1 on them. With a torque sensor,
-            `hand_torque_nm` is the driver's torque, left positive.
+            `hand_torque_nm` is the driver's torque, left positive. With a steered rear axle, `rear_axle_angle_rad` is
+            the angle of its road wheels. `stability_control_active`, `anti_lock_active` and `reverse` are 1 at
+            such ticks of a drive that has some. `vehicle_speed_m_s` is negative backwards.
     """
 
     scenario: str
@@ -112,6 +126,8 @@ class Truth:
     load_changed_understeer_gradient: float | None
     load_changed_equivalent_wheelbase_m: float | None
     patch_understeer_gradient: float | None
+    rear_steer_weight: float | None
+    rear_axle_offset_rad: float | None
     steering_ratio: float
     backlash_rad: float
     windup_rad: float
@@ -128,6 +144,7 @@ def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: 
     truck, steering = scenario.truck, scenario.steering
     lifts, patches = bool(truck.lift_axle_up_s), scenario.road.patches
     after = load_changed(truck) if truck.load_change is not None else None
+    rear_sensor = scenario.sensors.rear_axle_angle
     return Truth(
         scenario=scenario.name,
         seed=seed,
@@ -139,6 +156,8 @@ def truth_of(scenario: Scenario, seed: int, rows: npt.NDArray[np.void], sensed: 
         load_changed_understeer_gradient=None if after is None else understeer_gradient(after, steering),
         load_changed_equivalent_wheelbase_m=None if after is None else equivalent_wheelbase_m(after, steering),
         patch_understeer_gradient=None if patches is None else understeer_gradient(on_patch(truck, patches), steering),
+        rear_steer_weight=None if truck.rear_steering is None else rear_steer_weight(truck, steering),
+        rear_axle_offset_rad=None if rear_sensor is None else rear_sensor.offset_deg * DEGREE,
         steering_ratio=steering.ratio_near_centre,
         backlash_rad=(steering.backlash_deg + steering.lash_deg) * DEGREE,
         windup_rad=2.0 * steering.windup_deg * DEGREE,
@@ -157,7 +176,10 @@ def _true_columns(scenario: Scenario, rows: npt.NDArray[np.void]) -> dict[str, n
     fields = _COLUMNS | (_MOTOR_COLUMNS if steering.overlay_motor is not None else {})
     fields |= {"hand_torque_nm": "hand_torque"} if scenario.sensors.steering_wheel_torque is not None else {}
     fields |= {"road_patch": "patch"} if scenario.road.patches is not None else {}
+    fields |= {"rear_axle_angle_rad": "rear_axle_angle"} if truck.rear_steering is not None else {}
     true = {column: np.ascontiguousarray(rows[field]) for column, field in fields.items()}
+    statuses = true_statuses(scenario, rows)
+    true |= {name: statuses[name] for name in _STATUS_COLUMNS if statuses[name].any()}
     if truck.load_change is not None:
         angles = [straight_ahead_rad(truck, steering, load_changed=changed) for changed in (False, True)]
         true["axle_lift"] = np.zeros(len(rows))
@@ -194,6 +216,10 @@ def write_truth(truth: Truth, table: Path, summary: Path) -> None:
         values["load_changed_equivalent_wheelbase_m"] = truth.load_changed_equivalent_wheelbase_m
     if truth.torsion_bar_rad > 0.0:
         values["torsion_bar_deg"] = truth.torsion_bar_rad / DEGREE
+    if truth.rear_steer_weight is not None:
+        values["rear_steer_weight"] = truth.rear_steer_weight
+    if truth.rear_axle_offset_rad is not None:
+        values["rear_axle_offset_deg"] = truth.rear_axle_offset_rad / DEGREE
     if truth.patch_understeer_gradient is not None:
         values["patch_understeer_gradient_deg_m_s2"] = truth.patch_understeer_gradient / DEGREE
     lines = [entry("schema", SCHEMA), entry("scenario", printable(truth.scenario)), entry("seed", truth.seed)]

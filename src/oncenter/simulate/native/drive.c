@@ -5,15 +5,17 @@
 
 static const double STANDARD_GRAVITY = 9.80665; /* m/s^2 */
 static const double SPRINGS_MOVE_ABOVE_M_S = 0.5;
+static const double REAR_FADES_SHARE = 0.25; /* 1, of the speed at which a steered rear axle is locked */
 
 static double gravity_to_left(const sim_state *state, const sim_drive *drive)
 {
     return -STANDARD_GRAVITY * sim_road_at(&drive->road, drive->road.cross_slope, state->station);
 }
 
-static double second_truck(const sim_inputs *inputs, size_t tick)
+/* A column of the inputs that may be missing. */
+static double given(const double *column, size_t tick)
 {
-    return inputs->second_truck == NULL ? 0.0 : inputs->second_truck[tick];
+    return column == NULL ? 0.0 : column[tick];
 }
 
 static double patch(const sim_state *state, const sim_drive *drive)
@@ -21,12 +23,23 @@ static double patch(const sim_state *state, const sim_drive *drive)
     return drive->road.patch == NULL ? 0.0 : sim_road_at(&drive->road, drive->road.patch, state->station);
 }
 
+/* 1, angle of the last axle per front wheel angle: it fades towards the speed from which on the axle is locked. */
+static double rear_share(const sim_state *state, const sim_drive *drive)
+{
+    if (drive->rear_locks_speed <= 0.0)
+        return drive->rear_share;
+    const double unlocked = (1.0 - fabs(state->driver.speed) / drive->rear_locks_speed) / REAR_FADES_SHARE;
+    return drive->rear_share * fmin(1.0, fmax(0.0, unlocked));
+}
+
 static sim_truck truck_now(const sim_state *state, const sim_drive *drive, const sim_inputs *inputs, size_t tick)
 {
-    const double share = second_truck(inputs, tick), slippery = patch(state, drive);
+    const double share = given(inputs->second_truck, tick), slippery = patch(state, drive);
     sim_truck truck = share > 0.0 ? sim_truck_between(&drive->truck, &drive->second, share) : drive->truck;
     if (slippery > 0.0)
         sim_truck_scale_stiffness(&truck, 1.0 + drive->patch_front * slippery, 1.0 + drive->patch_rear * slippery);
+    if (drive->rear_share < 0.0)
+        truck.axles[truck.axle_count - 1].steer_share = rear_share(state, drive);
     return truck;
 }
 
@@ -38,6 +51,7 @@ static sim_truck_input acting(const sim_state *state, const sim_drive *drive)
         .gravity_to_left = gravity_to_left(state, drive),
         .wind_force = state->wind.lateral_force,
         .wind_arm = drive->wind.arm,
+        .brake_moment = state->brake_moment,
     };
     return input;
 }
@@ -100,6 +114,7 @@ static void write_row(const sim_state *state, const sim_drive *drive, const sim_
     row->motor_carries = state->motor_carries;
     row->patch = patch(state, drive);
     row->hand_torque = state->steering.hand_torque;
+    row->rear_axle_angle = rear_share(state, drive) * input.front_wheel_angle;
 }
 
 void sim_init(sim_state *state, const sim_drive *drive)
@@ -118,7 +133,9 @@ static void decide(sim_state *state, const sim_drive *drive, const sim_inputs *i
         .lateral_error = state->lateral_error,
         .lateral_error_rate = lateral_error_rate(state),
         .yaw_rate = state->truck.yaw_rate,
+        .heading_error = state->heading_error,
         .motor_carries = state->motor_carries,
+        .rear_share = rear_share(state, drive),
     };
     sim_driver_decide(&state->driver, &drive->driver, &drive->road, &view, inputs->lane_normals[tick],
                       inputs->hand_normals[tick]);
@@ -147,24 +164,34 @@ static void bump(sim_state *state, const sim_drive *drive, double normal)
 /* Driver or motor continue from the present angle of steering wheel or gear, so that neither jumps. */
 static void hand_over(sim_state *state, const sim_inputs *inputs, size_t tick)
 {
-    const int32_t carries = inputs->motor_carries != NULL && inputs->motor_carries[tick] > 0.0;
+    const int32_t carries = given(inputs->motor_carries, tick) > 0.0;
     if (carries == state->motor_carries)
         return;
     state->motor_carries = carries;
     state->driver.steering_wheel_angle =
         carries ? state->steering.lash.inner : state->steering.steering_wheel_angle;
+    state->motor_angle = state->driver.steering_wheel_angle;
+}
+
+/* rad, of the gear: within its dead band about the decision the motor stays where it is. */
+static double by_motor(sim_state *state, const sim_drive *drive)
+{
+    const double wanted = state->driver.steering_wheel_angle, band = drive->motor_dead_band;
+    state->motor_angle = fmin(wanted + band, fmax(wanted - band, state->motor_angle));
+    return state->motor_angle;
 }
 
 static void steer(sim_state *state, const sim_drive *drive, const sim_truck *truck, double second, double step_s)
 {
     const sim_steering_input input = {
-        .angle = state->driver.steering_wheel_angle,
+        .angle = state->motor_carries ? by_motor(state, drive) : state->driver.steering_wheel_angle,
         .front_force = sim_truck_steered_force(&state->truck, truck),
         .longitudinal_acceleration = state->driver.longitudinal_acceleration,
         .motor_carries = state->motor_carries,
         .second_truck = second,
         .roll = state->truck.roll,
         .bump_steer = state->bump_steer,
+        .resting_torque = state->resting_torque,
     };
     sim_steering_step(&state->steering, &drive->steering, &input, step_s);
 }
@@ -179,16 +206,24 @@ void sim_step(sim_state *state, const sim_drive *drive, const sim_inputs *inputs
     if (inputs->bump_normals != NULL)
         bump(state, drive, inputs->bump_normals[tick]);
     hand_over(state, inputs, tick);
+    state->resting_torque = given(inputs->resting_torque, tick);
+    state->brake_moment = given(inputs->brake_moment, tick);
     const sim_truck truck = truck_now(state, drive, inputs, tick);
     write_row(state, drive, &truck, machine == NULL, row);
-    row->second_truck = second_truck(inputs, tick);
+    row->second_truck = given(inputs->second_truck, tick);
     decide(state, drive, inputs, tick);
 
     const double tick_began = state->time;
     const double step_s = drive->tick / drive->steps_per_tick;
     const double machine_rate = machine == NULL ? 0.0 : (machine[tick + 1] - machine[tick]) / drive->tick;
     for (int32_t k = 0; k < drive->steps_per_tick; ++k) {
-        sim_driver_drive(&state->driver, &drive->driver, &drive->road, state->station, state->time, step_s);
+        const sim_way way = {
+            .station = state->station,
+            .time = state->time,
+            .reverses = given(inputs->reverses, tick) > 0.0,
+            .braked = given(inputs->braked, tick),
+        };
+        sim_driver_drive(&state->driver, &drive->driver, &drive->road, &way, step_s);
         if (machine == NULL)
             sim_driver_steer(&state->driver, &drive->driver, step_s);
         else

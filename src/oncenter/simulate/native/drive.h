@@ -23,6 +23,9 @@ typedef struct {
     sim_wind wind;
     double bump_steer;      /* rad at the front wheels, sd, by the springs' travel */
     double bump_steer_keep; /* share kept from one tick to the next, 0 to 1 */
+    double motor_dead_band; /* rad at the gear, to either side, within which the overlay motor stays where it is */
+    double rear_share; /* 1, angle of the last axle per front wheel angle at low speed, negative; 0: not steered */
+    double rear_locks_speed; /* m/s, from which on the last axle is locked straight; 0: never */
     double start_heading;   /* rad, counter-clockwise from east */
     double tick;            /* s, between rows, and between the driver's decisions */
     int32_t steps_per_tick; /* of the integration */
@@ -41,6 +44,9 @@ typedef struct {
     sim_wind_state wind;
     int32_t motor_carries; /* 1: the overlay motor steers */
     double bump_steer;     /* rad at the front wheels, now */
+    double motor_angle;    /* rad, of the gear while the motor carries */
+    double resting_torque; /* N m, of a hand at rest on the rim, now */
+    double brake_moment;   /* N m, of an intervention, now, to the left */
 } sim_state;
 
 /* The truth at a tick. Doubles only: Python converts it to a table. */
@@ -50,7 +56,7 @@ typedef struct {
     double place_in_play;             /* -1 to 1 */
     double front_wheel_angle;         /* rad, as set by the steering; without the axle's compliance */
     double yaw_rate;                  /* rad/s */
-    double vehicle_speed;             /* m/s */
+    double vehicle_speed;             /* m/s, negative backwards */
     double lateral_speed;             /* m/s, of the centre of gravity */
     double lateral_acceleration;      /* m/s^2, specific force at the centre of gravity */
     double longitudinal_acceleration; /* m/s^2 */
@@ -72,6 +78,7 @@ typedef struct {
     double motor_carries;             /* 1, 0: the driver steers, 1: the overlay motor */
     double patch;                     /* 1, 0: good grip, 1: in a patch of the road */
     double hand_torque;               /* N m, that the driver applies at the steering wheel */
+    double rear_axle_angle;           /* rad, of the last axle's wheels; 0: not steered */
 } sim_row;
 
 /* External inputs, one number per tick. */
@@ -84,6 +91,10 @@ typedef struct {
                                      driver steers */
     const double *second_truck;   /* 1, 0: the first truck, 1: the second one; NULL: always the first */
     const double *motor_carries;  /* 1, 0: the driver steers, 1: the overlay motor; NULL: always the driver */
+    const double *resting_torque; /* N m, of a hand that rests on the rim while the motor carries; NULL: none */
+    const double *brake_moment;   /* N m, yaw moment of an intervention, to the left; NULL: none */
+    const double *braked;         /* m/s^2, deceleration by an intervention; NULL: none */
+    const double *reverses;       /* 1, 1: the driver wants to drive backwards; NULL: never */
 } sim_inputs;
 
 void sim_init(sim_state *state, const sim_drive *drive);

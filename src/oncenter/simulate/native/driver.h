@@ -17,6 +17,7 @@ typedef struct {
     double backlash_half_width;             /* rad, of the steering wheel */
     double lash_half_width; /* rad, lash and twist between steering wheel and motor, which only hands have to cross */
     double turns_behind; /* m, rear axle behind the centre of gravity; at walking speed the truck turns about it */
+    double backwards_curvature; /* 1/m, the largest correction backwards */
     /* steering */
     double preview_time;    /* s */
     double gain;            /* share of the predicted lateral error that is corrected in this time */
@@ -34,6 +35,7 @@ typedef struct {
     const double *standing_end; /* s */
     double acceleration_max;  /* m/s^2 */
     double deceleration_max;  /* m/s^2, positive */
+    double backwards_speed;   /* m/s, positive */
 } sim_driver;
 
 typedef struct {
@@ -46,7 +48,8 @@ typedef struct {
     double wanted_angle;             /* rad, target of the arms */
     double steering_wheel_angle;     /* rad; of the gear while the motor carries */
     double steering_wheel_rate;      /* rad/s, the same */
-    double speed;                    /* m/s */
+    double speed;                    /* m/s, negative backwards */
+    int32_t backwards;               /* 1: in reverse gear, which only a standing truck engages or leaves */
     double longitudinal_acceleration; /* m/s^2 */
     size_t next_standing;            /* of the driver's */
     size_t next_stop;                /* of the road's */
@@ -59,7 +62,9 @@ typedef struct {
     double lateral_error; /* m, left of the lane's centre */
     double lateral_error_rate; /* m/s */
     double yaw_rate;      /* rad/s */
+    double heading_error; /* rad, against the road's */
     int32_t motor_carries; /* 1: the motor carries out the driver's decision */
+    double rear_share;     /* 1, angle of a steered rear axle per front wheel angle, negative in counter phase */
 } sim_view;
 
 /* One decision; lane_normal, hand_normal: standard normal numbers of this tick. */
@@ -69,8 +74,16 @@ void sim_driver_decide(sim_driver_state *state, const sim_driver *driver, const 
 /* Moves the arms to the decision of a reaction time ago. */
 void sim_driver_steer(sim_driver_state *state, const sim_driver *driver, double step_s);
 
-/* Drives at the road's speed, with its stops and the driver's standstills. */
-void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const sim_road *road, double station,
-                      double time, double step_s);
+/* The driver's way along the road. */
+typedef struct {
+    double station;     /* m, along the road */
+    double time;        /* s */
+    int32_t reverses;   /* 1: the driver wants to drive backwards */
+    double braked;      /* m/s^2, deceleration by brakes that others apply; 0: none */
+} sim_way;
+
+/* Drives at the road's speed, with its stops and the driver's standstills, or backwards. */
+void sim_driver_drive(sim_driver_state *state, const sim_driver *driver, const sim_road *road, const sim_way *way,
+                      double step_s);
 
 #endif

@@ -5,6 +5,7 @@
 static const double COLUMN_SLIP = 0.5 * 0.017453292519943295; /* rad, from zero to full friction */
 static const double KING_PIN_SLIP = 0.5 * 0.017453292519943295; /* rad at the steering wheel, the same */
 static const double ON_FLANK = 1.0 - 1e-9; /* place in a play; 1 less rounding */
+static const double WHEEL_FALLS = 1.0; /* rad/s per N m beyond the column's friction: some 3 deg in 0.1 s */
 static const double TWIST_SETTLES_S = 0.05; /* against a jump of steering wheel or gear when the hands let go */
 
 /* N m to the left, without the tyres' aligning moment. */
@@ -62,13 +63,16 @@ static void turn_by_hand(sim_steering_state *state, const sim_steering *steering
 }
 
 /* The motor turns the gear, whose flanks drag the column along. Without hands the column has no moment, so it does not
- * creep and keeps its wind-up. */
-static void turn_by_motor(sim_steering_state *state, const sim_steering *steering, double gear_angle, double step_s)
+ * creep and keeps its wind-up. A hand at rest pulls the column to its side of the lash and twists the torsion bar. */
+static void turn_by_motor(sim_steering_state *state, const sim_steering *steering, double gear_angle,
+                          double resting_torque, double step_s)
 {
     const double half = steering->lash.half_width;
-    twist(state, steering, 0.0, step_s);
+    const oc_backlash lash = {half, steering->column_friction, WHEEL_FALLS};
+    const double carried = fmax(fabs(resting_torque) - steering->column_friction, 0.0); /* N m, beyond friction */
+    twist(state, steering, copysign(carried, resting_torque) / steering->hands_share, step_s);
     state->lash.inner = gear_angle;
-    state->windup.inner = oc_backlash_carry(state->windup.inner, &steering->lash, gear_angle, 0.0, step_s);
+    state->windup.inner = oc_backlash_carry(state->windup.inner, &lash, gear_angle, -resting_torque, step_s);
     state->place_in_lash = half > 0.0 ? (state->windup.inner - gear_angle) / half : 0.0;
     state->steering_wheel_angle =
         state->windup.inner + state->place_in_windup * steering->windup.half_width + state->twist;
@@ -111,7 +115,7 @@ void sim_steering_step(sim_steering_state *state, const sim_steering *steering, 
     const double load = state->aligning_moment - to_left;
     const sim_steering_state before = *state;
     if (input->motor_carries)
-        turn_by_motor(state, steering, input->angle, step_s);
+        turn_by_motor(state, steering, input->angle, input->resting_torque, step_s);
     else
         turn_by_hand(state, steering, input->angle, load, step_s);
     state->place_in_play =
@@ -120,5 +124,5 @@ void sim_steering_step(sim_steering_state *state, const sim_steering *steering, 
                                + steering->compliance * to_left + turned_by_axle(steering, input);
     hold(state, steering, &before, load);
     if (input->motor_carries)
-        state->hand_torque = 0.0;
+        state->hand_torque = input->resting_torque;
 }

@@ -4,7 +4,8 @@
  * play and the gear with its ratio. The moment about the king pins determines the flanks of lash and play. The axle's
  * compliance is that under the tyres' aligning moment; the compliance here is that under all other moments.
  *
- * An overlay motor may turn the gear instead of the driver. It then drags the steering wheel along through the lash.
+ * An overlay motor may turn the gear instead of the driver. It then drags the steering wheel along through the lash, or
+ * a hand that rests on the rim keeps the wheel on one flank of the lash.
  *
  * The hands hold the moment about the king pins, less the share of the assistance, plus the column's friction. In play
  * and lash they hold the friction alone.
@@ -54,7 +55,8 @@ typedef struct {
     double front_wheel_angle; /* rad, without the axle's compliance */
     double place_in_king_pins; /* -1 to 1, of the king pins' friction */
     double place_in_column;   /* -1 to 1, of the column's friction */
-    double hand_torque;       /* N m, that the driver applies, left positive; 0 while the motor carries */
+    double hand_torque;       /* N m, that the driver applies, left positive; while the motor carries only by a hand at
+                                 rest */
 } sim_steering_state;
 
 /* External inputs of the steering, constant over a step. */
@@ -67,6 +69,7 @@ typedef struct {
     double second_truck;   /* 1, 0: ride height of the first truck, 1: of the second */
     double roll;           /* rad, of the body, right side down positive */
     double bump_steer;     /* rad at the front wheels, by the springs' travel */
+    double resting_torque; /* N m, of a hand that rests on the rim while the motor carries, left positive */
 } sim_steering_input;
 
 void sim_steering_step(sim_steering_state *state, const sim_steering *steering, const sim_steering_input *input,

@@ -32,7 +32,7 @@ static void dynamic_slope(const sim_truck_state *state, const sim_truck *truck, 
                           sim_truck_state *slope)
 {
     const double v = input->speed, r = state->yaw_rate;
-    double force = input->wind_force, moment = input->wind_force * input->wind_arm;
+    double force = input->wind_force, moment = input->wind_force * input->wind_arm + input->brake_moment;
     for (int32_t k = 0; k < truck->axle_count; ++k) {
         const sim_axle *axle = &truck->axles[k];
         const double direction = (state->lateral_speed + axle->distance * r) / v;
@@ -132,7 +132,8 @@ static void rolling_slope(const sim_truck_state *state, const sim_truck *truck, 
     const double friction = sim_trailer_friction(&state->trailer, &truck->trailer);
     const double hitch_force = load.mass * a_y + load.scrub * curvature - friction * load.per_moment;
     const sim_stance now = stance_of(&sums, curvature, truck->mass * a_y + hitch_force - input->wind_force,
-                                 x * hitch_force + friction - input->wind_force * input->wind_arm);
+                                 x * hitch_force + friction - input->wind_force * input->wind_arm
+                                     - input->brake_moment);
     for (int32_t k = 0; k < truck->axle_count; ++k) {
         const double force = force_in(&now, &truck->axles[k], curvature);
         slope->axle_forces[k] = (force - state->axle_forces[k]) / ROLLING_SETTLES_S;

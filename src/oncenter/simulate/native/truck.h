@@ -2,9 +2,9 @@
 #define SIM_TRUCK_H
 /* The dynamic single-track truck (13) with lagging tyres (5), (6), for several axles, with or without a semitrailer.
  *
- * Slip angles are small, the speed is given. Below walking speed slip angles are undefined: there the truck rolls as
- * its axles point, by (7) with the equivalent wheelbase. Between 0.5 and 2 m/s the time derivatives of both models are
- * blended. */
+ * Slip angles are small, the speed is given. Below walking speed slip angles are undefined: there, and backwards, the
+ * truck rolls as its axles point, by (7) with the equivalent wheelbase. Between 0.5 and 2 m/s the time derivatives of
+ * both models are blended. */
 
 #include <stdint.h>
 
@@ -37,10 +37,11 @@ typedef struct {
 /* External inputs of the truck, constant over a step. */
 typedef struct {
     double front_wheel_angle; /* rad, as set by the steering, without the axle's compliance */
-    double speed;             /* m/s, not negative */
+    double speed;             /* m/s, negative backwards: there the truck rolls as its axles point */
     double gravity_to_left;   /* m/s^2, component of gravity to the left on a banked road */
     double wind_force;        /* N, from the side, left positive */
     double wind_arm;          /* m, its place ahead of the centre of gravity */
+    double brake_moment;      /* N m, yaw moment of brakes on one side, to the left */
 } sim_truck_input;
 
 /* One Runge-Kutta step. */

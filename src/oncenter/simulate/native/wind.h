@@ -3,6 +3,8 @@
 /* Wind on open land: a mean of constant direction, and gusts. The crosswind depends on the truck's heading. Its lateral
  * force is balanced by the tyres, so that an accelerometer does not measure it. */
 
+#include <stdint.h>
+
 typedef struct {
     double mean;           /* m/s */
     double from;           /* rad, origin of the wind, counter-clockwise from east */
@@ -10,6 +12,7 @@ typedef struct {
     double gust_keep;      /* share of a gust kept from one tick to the next, 0 to 1 */
     double force_constant; /* N/(m/s)^2, half of air density * side area * lateral force coefficient; 0: none */
     double arm;            /* m, place of the force ahead of the centre of gravity */
+    int32_t with_truck;    /* 1: `from` is counter-clockwise from the truck's nose, whatever its heading */
 } sim_wind;
 
 typedef struct {

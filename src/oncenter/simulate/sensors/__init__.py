@@ -11,6 +11,7 @@ import polars as pl
 
 from oncenter.signals import SIGNALS, Signals, Source
 from oncenter.simulate.drive import RATE_HZ
+from oncenter.simulate.interventions import wheel_slip
 from oncenter.simulate.scenario import Scenario
 from oncenter.simulate.sensor_sections import Gnss, Sensor
 from oncenter.simulate.sensors.angle import sense_angle
@@ -18,8 +19,9 @@ from oncenter.simulate.sensors.faults import Fault, delays, silenced, silences
 from oncenter.simulate.sensors.gnss import sense_gnss
 from oncenter.simulate.sensors.inertial import sense_acceleration, sense_lateral_acceleration, sense_yaw_rate
 from oncenter.simulate.sensors.reading import Array
+from oncenter.simulate.sensors.status import sense_rear_axle_angle, true_statuses
 from oncenter.simulate.sensors.torque import sense_torque
-from oncenter.simulate.sensors.wheels import sense_vehicle_speed, sense_wheel_speeds
+from oncenter.simulate.sensors.wheels import CORNERS, sense_vehicle_speed, sense_wheel_speeds
 
 __all__ = ["Fault", "Sensed", "sense"]
 
@@ -31,6 +33,7 @@ class Sensed:
     Attributes:
         signals: at `RATE_HZ`, NaN where a sensor gives no value.
         speed_over_ground_m_s: from a GNSS receiver; None without one.
+        statuses: those that the bus sends, by name: 1, or 0.
         faults: all sensor faults, in order of time.
         offset_rad: of the steering wheel angle at the end of the drive, without the whole turns of a relative sensor.
         courses: sensor errors at every tick, by column of the truth.
@@ -38,6 +41,7 @@ class Sensed:
 
     signals: Signals
     speed_over_ground_m_s: Array | None
+    statuses: Mapping[str, Array]
     faults: tuple[Fault, ...]
     offset_rad: float
     courses: Mapping[str, Array]
@@ -83,9 +87,17 @@ def sense(scenario: Scenario, rows: npt.NDArray[np.void], random: np.random.Gene
     columns["steering_wheel_angle_sensor_type"] = np.full(len(rows), absolute)
     speed_over_ground, of_gnss = _take_gnss(columns, rows, sensors.gnss, random)
     faults += of_gnss
+    if sensors.rear_axle_angle is not None:
+        rear_angle, of_rear_axle = sense_rear_axle_angle(rows, sensors.rear_axle_angle, random)
+        take("rear_axle_angle", rear_angle, sensors.rear_axle_angle, of_rear_axle)
+    statuses: dict[str, Array] = {
+        name: true for name, true in true_statuses(scenario, rows).items() if name in sensors.statuses
+    }
+    columns = {name: read for name, read in (columns | statuses).items() if name in SIGNALS}
     return Sensed(
         _signals(scenario.name, rows["time"], columns),
         speed_over_ground,
+        statuses,
         tuple(sorted(faults, key=lambda fault: fault.begin_s)),
         float(offset[-1]),
         {
@@ -101,7 +113,10 @@ def _take_wheels(
 ) -> list[Fault]:
     """Adds the four wheel speeds to the columns; returns their faults."""
     sensor = scenario.sensors.wheel_speed
-    wheels, faults = sense_wheel_speeds(scenario.truck, rows, sensor, scenario.sensors.speed, random)
+    slips = None
+    if scenario.interventions:
+        slips = {corner: wheel_slip(scenario.interventions, k, rows["time"]) for k, corner in enumerate(CORNERS)}
+    wheels, faults = sense_wheel_speeds(scenario.truck, rows, sensor, scenario.sensors.speed, random, slips)
     silent = silences("wheel_speed", sensor, len(rows), random)
     columns |= {wheel: silenced(read, silent) for wheel, read in wheels.items()}
     return faults + delays("wheel_speed", sensor, len(rows)) + silent

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import numpy.typing as npt
 
@@ -19,10 +21,12 @@ _TICKS_A_FRAME = round(0.02 * RATE_HZ)  # HRW is sent every 20 ms
 
 
 def sense_vehicle_speed(true_m_s: Array, sensor: SpeedSensor, random: np.random.Generator) -> tuple[Array, list[Fault]]:
-    """The measured vehicle speed, m/s, and its faults."""
+    """The measured vehicle speed, m/s, positive backwards as well, and its faults."""
     scale = sensor.scale_error_percent * _PERCENT
     faults = lasting("vehicle_speed", "scale_error", scale, "1", len(true_m_s))
-    return _rolling(true_m_s * (1.0 + scale), sensor, random, sensor.noise_sd_m_s, sensor.resolution_m_s), faults
+    return _rolling(
+        np.abs(true_m_s) * (1.0 + scale), sensor, random, sensor.noise_sd_m_s, sensor.resolution_m_s
+    ), faults
 
 
 def sense_wheel_speeds(
@@ -31,10 +35,12 @@ def sense_wheel_speeds(
     sensor: WheelSpeedSensors,
     as_fine_as: SpeedSensor,
     random: np.random.Generator,
+    slips: Mapping[str, Array] | None = None,
 ) -> tuple[dict[str, Array], list[Fault]]:
     """The measured wheel speeds, m/s by signal name, and their faults.
 
-    Noise and resolution come from `as_fine_as` if their own section gives none.
+    Noise and resolution come from `as_fine_as` if their own section gives none. `slips` are shares of the speed, by
+    corner.
     """
     noise_sd = as_fine_as.noise_sd_m_s if sensor.noise_sd_m_s is None else sensor.noise_sd_m_s
     resolution = as_fine_as.resolution_m_s if sensor.resolution_m_s is None else sensor.resolution_m_s
@@ -48,7 +54,8 @@ def sense_wheel_speeds(
         corner = name.removeprefix("wheel_speed_")
         larger, of_radius = _radius_factor(name, corner, sensor, len(rows))
         faults += of_radius
-        measured = speed * (1.0 + scale) / larger
+        rolled = speed if slips is None else speed * (1.0 - slips[corner])
+        measured = rolled * (1.0 + scale) / larger
         if sensor.load_transfer_percent_m_s2 > 0.0:  # a left turn loads the right tyres, whose radius decreases
             measured = measured / (1.0 + shares if corner.endswith("left") else 1.0 - shares)
         if sensor.pulses_per_turn > 0:
@@ -62,16 +69,17 @@ def sense_wheel_speeds(
 
 
 def wheel_speeds(truck: Truck, rows: npt.NDArray[np.void]) -> dict[str, Array]:
-    """Ground speed at each wheel along the wheel's plane, m/s by signal name."""
+    """Ground speed at each wheel along the wheel's plane, m/s by signal name, positive backwards as well."""
+    forwards = np.where(rows["vehicle_speed"] < 0.0, -1.0, 1.0)
     v, r = rows["vehicle_speed"], rows["yaw_rate"]
     half_front, half_rear = truck.track_width_front_m / 2.0, truck.track_width_rear_m / 2.0
     cos, sin = np.cos(rows["front_wheel_angle"]), np.sin(rows["front_wheel_angle"])
     sideways = rows["lateral_speed"] + first_axle_distance_m(truck) * r
     return {
-        "wheel_speed_front_left": (v - half_front * r) * cos + sideways * sin,
-        "wheel_speed_front_right": (v + half_front * r) * cos + sideways * sin,
-        "wheel_speed_rear_left": v - half_rear * r,
-        "wheel_speed_rear_right": v + half_rear * r,
+        "wheel_speed_front_left": forwards * ((v - half_front * r) * cos + sideways * sin),
+        "wheel_speed_front_right": forwards * ((v + half_front * r) * cos + sideways * sin),
+        "wheel_speed_rear_left": forwards * (v - half_rear * r),
+        "wheel_speed_rear_right": forwards * (v + half_rear * r),
     }
 
 

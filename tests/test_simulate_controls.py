@@ -265,6 +265,16 @@ def test_a_truck_backs_up_on_the_road_it_came_from_to_where_it_was(there_and_bac
     assert np.ptp(back["heading"]) > 20.0 * DEGREE  # over a bend
 
 
+def test_a_truck_that_swings_backwards_keeps_to_its_swing_by_large_angles() -> None:
+    drive = {"duration_s": 160.0, "standing_at_end_s": 0.0, "reverse_s": [[60.0, 150.0]], "reverse_swing_m": 1.0}
+    rows = driven(scenario({"drive": drive, "driver": {"lane_wander_sd_m": 0.0}}))
+    back = rows[rows["vehicle_speed"] < -1.5][1000:]
+    swing = np.sin(2.0 * np.pi * (back["station"] - (3.7 - 1.005)) / 30.0)
+    assert np.corrcoef(back["lateral_error"], swing)[0, 1] > 0.8
+    assert 1.5 < np.ptp(back["lateral_error"]) < 3.0
+    assert np.abs(back["steering_wheel_angle"]).max() > 100.0 * DEGREE
+
+
 def test_backwards_angle_and_yaw_rate_fit_with_the_negative_speed_only(there_and_back: Any) -> None:
     settings = reversing()
     steady = there_and_back["vehicle_speed"] < -1.5

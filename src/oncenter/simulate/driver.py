@@ -27,6 +27,7 @@ def native_driver(scenario: Scenario, tick_s: float) -> Any:
             + scenario.steering.torsion_bar_twist_deg * DEGREE,
             "backwards_curvature": _BACKWARDS_CURVATURE_1_M,
             "backwards_speed": scenario.drive.reverse_speed_km_h / 3.6,
+            "backwards_swing": scenario.drive.reverse_swing_m,
             "turns_behind": wheelbase_m - first_axle_distance_m(scenario.truck),
             "preview_time": driver.preview_time_s,
             "gain": driver.preview_gain,

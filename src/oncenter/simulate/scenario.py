@@ -39,6 +39,7 @@ class Drive(Section):
     standing_s: tuple[tuple[NotNegative, NotNegative], ...] = ()
     reverse_s: tuple[tuple[NotNegative, NotNegative], ...] = ()  # [begin, end], standing at both
     reverse_speed_km_h: Annotated[Number, Field(ge=1, le=8)] = 6.0
+    reverse_swing_m: Annotated[Number, Field(ge=0, le=1.5)] = 0.0  # to either side, each 30 m, as for a dock
 
     @property
     def all_standing_s(self) -> tuple[tuple[float, float], ...]:

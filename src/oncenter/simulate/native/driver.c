@@ -11,6 +11,8 @@ static const double SPEED_ANSWERS_S = 2.0;
 static const double STOPPING_SHARE = 0.5;    /* of the maximum deceleration, before a stop */
 static const double STOPS_BEFORE_M = 2.0;
 static const double STANDS_BELOW_M_S = 0.05; /* the parking brake takes over */
+static const double SWING_LENGTH_M = 30.0;
+static const double TWO_PI = 6.283185307179586;
 static const double BACKWARDS_DECAY_M = 5.0; /* of an error of place or heading, over the way backwards */
 
 static double limited(double value, double low, double high)
@@ -45,10 +47,13 @@ static double backwards_curvature(const sim_driver_state *state, const sim_drive
                                   const sim_view *view)
 {
     const double behind = driver->turns_behind;
-    const double there = sim_road_at(road, road->curvature, view->station - behind);
-    const double heading = view->heading_error + behind * there;
-    const double error = view->lateral_error - state->lane_wander - behind * heading;
-    const double correction = (2.0 * heading - error / BACKWARDS_DECAY_M) / BACKWARDS_DECAY_M;
+    const double at = view->station - behind, k = TWO_PI / SWING_LENGTH_M, swing = driver->backwards_swing;
+    const double of_road = sim_road_at(road, road->curvature, at);
+    const double there = of_road - swing * k * k * sin(k * at);
+    const double heading = view->heading_error + behind * of_road;
+    const double error = view->lateral_error - state->lane_wander - behind * heading - swing * sin(k * at);
+    const double off = heading - swing * k * cos(k * at);
+    const double correction = (2.0 * off - error / BACKWARDS_DECAY_M) / BACKWARDS_DECAY_M;
     return there + limited(correction, -driver->backwards_curvature, driver->backwards_curvature);
 }
 

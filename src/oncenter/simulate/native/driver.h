@@ -36,6 +36,7 @@ typedef struct {
     double acceleration_max;  /* m/s^2 */
     double deceleration_max;  /* m/s^2, positive */
     double backwards_speed;   /* m/s, positive */
+    double backwards_swing;   /* m, to either side of the lane's middle, as for a dock; 0: straight back */
 } sim_driver;
 
 typedef struct {

@@ -1,10 +1,10 @@
 """Effects of real trucks outside the usual model, one at a time: their influence on answer and intervals.
 
-    python bench/effects.py [--drives N] [--rows a,b] [--jobs N] [--tuning] [--page]
+    python bench/effects.py [--drives N] [--rows a,b | --statuses] [--jobs N] [--tuning] [--page]
 
-A row of effects_rows.py is N drives of 20 minutes. Seeds from 1001 on are for reporting, seeds from 1 on (--tuning) for
-tuning. All records go to build/accuracy/; --page, which takes all rows, writes the section
-"Real-truck effects" of docs/accuracy.md.
+A row of effects_rows.py is N drives of 20 minutes; --statuses takes the rows with and without status signals. Seeds
+from 1001 on are for reporting, seeds from 1 on (--tuning) for tuning. All records go to build/accuracy/; --page, which
+takes all other rows, writes the section "Real-truck effects" of docs/accuracy.md.
 """
 
 from __future__ import annotations
@@ -21,12 +21,13 @@ from typing import Any
 import numpy as np
 import polars as pl
 from accuracy import BUILD, REPORTED_FROM, TUNING_FROM, names_of, progress
-from accuracy_rows import Drive, drive
-from effects_rows import EFFECTS, PULLS
+from accuracy_rows import MOVING_M_S, Drive, drive
+from effects_rows import EFFECTS, PULLS, STATUS_ROWS, WINDS
 
 import oncenter as oc
 from oncenter.estimates.estimate import Estimate
 from oncenter.signals import DEGREE
+from oncenter.simulate.truck import steered_stiffness_n_rad
 
 LOST_AT_S = 600.0  # the virtual angle has no sensor from here on
 FAST_M_S = 8.0
@@ -39,16 +40,17 @@ Record = dict[str, Any]
 
 def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[str, float]) -> Record:
     """One drive; angles in deg."""
-    driven = drive(EFFECTS[row], seed, folder)
+    driven = drive((EFFECTS | STATUS_ROWS)[row], seed, folder)
     answer = oc.offset(driven.signals, driven.vehicle, params=params)
     target = float(driven.target_rad[-1])
-    unloads = driven.truth.unloading_acceleration_m_s2
-    pulled = driven.angle_per_m_s2 * (0.0 if np.isnan(unloads) else unloads)
+    unloads = float(np.nan_to_num(driven.truth.unloading_acceleration_m_s2))
+    by_wind = held_against_wind_rad(driven) if row in WINDS else 0.0
+    pulled = driven.angle_per_m_s2 * unloads + by_wind
     said: Record = {"row": row, "seed": seed, "valid": answer.offset.status == "valid"}
     said |= _judged("offset", answer.offset, target, target)
     less_pull = _judged("offset", answer.offset, target + pulled, target + pulled)
     said |= {f"less_pull_{key}": value for key, value in less_pull.items()}
-    said |= _of_drive(answer, target + answer.offset_per_acceleration * (0.0 if np.isnan(unloads) else unloads))
+    said |= _of_drive(answer, target + answer.offset_per_acceleration * unloads + by_wind)
     for name, truth in _truths(driven).items():
         said |= _judged(name, getattr(answer, name), *truth)
     said["findings"] = [finding.code for finding in answer.findings if finding.severity != "info"]
@@ -57,6 +59,20 @@ def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[
     said["fault"] = answer.sensor_fault
     said["changes_deg"] = [(change.size_rad or 0.0) / DEGREE for change in answer.changes]
     return said | (_angle(driven) if with_angle else {})
+
+
+def held_against_wind_rad(driven: Drive) -> float:
+    """Mean steering wheel angle that holds a truck of two axles straight in its wind; i K_us F/m without an arm."""
+    scenario, truth = driven.scenario, driven.truth
+    truck, wind = scenario.truck, scenario.wind
+    assert wind is not None
+    moving = truth.table["vehicle_speed_m_s"].to_numpy() > MOVING_M_S
+    force_n = float(truth.table["wind_side_force_n"].to_numpy()[moving].mean())
+    to_front_m, to_rear_m = truck.front_axle_distance_m, truck.wheelbase_m - truck.front_axle_distance_m
+    front_n = -force_n * (to_rear_m + wind.force_arm_m) / truck.wheelbase_m
+    rear_n = -force_n * (to_front_m - wind.force_arm_m) / truck.wheelbase_m
+    slip_rad = front_n / steered_stiffness_n_rad(truck, scenario.steering)
+    return truth.steering_ratio * (slip_rad - rear_n / truck.rear_cornering_stiffness_n_rad)
 
 
 def _of_drive(answer: oc.Answer, target: float) -> Record:
@@ -176,17 +192,19 @@ def print_table(summaries: Sequence[Record]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--drives", type=int, default=60, help="of each row (60)")
-    parser.add_argument("--rows", default="", help="names separated by commas; default: all")
+    parser.add_argument("--rows", default="", help="names separated by commas; default: all of the page")
+    parser.add_argument("--statuses", action="store_true", help="the rows with and without status signals")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
     parser.add_argument("--params", default="", help="name=value of core/truck/params.h, separated by commas")
     parser.add_argument("--page", action="store_true", help="write the section of docs/accuracy.md")
     given = parser.parse_args()
-    if given.page and (given.tuning or given.rows or given.params):
+    if given.page and (given.tuning or given.rows or given.params or given.statuses):
         parser.error("--page reports all rows with the default parameters, on the seeds for it")
     pairs = (pair.partition("=") for pair in given.params.split(",") if pair)
     params = {name: float(value) for name, _, value in pairs}
-    rows = names_of(given.rows, list(EFFECTS), "row")
+    known = EFFECTS | STATUS_ROWS if given.rows else STATUS_ROWS if given.statuses else EFFECTS
+    rows = names_of(given.rows, list(known), "row")
     first = TUNING_FROM if given.tuning else REPORTED_FROM
     seeds = range(first, first + given.drives)
     table = run(rows, seeds, given.jobs, params)

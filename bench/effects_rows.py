@@ -6,10 +6,11 @@ roads and sensors are the accuracy matrix's, the vehicle file names no side of t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
-from accuracy_rows import FRONT_OF_THESIS_KG, Row, Table, laid_over
+from accuracy_rows import FRONT_OF_LIFT_AXLE_KG, FRONT_OF_THESIS_KG, Row, Table, laid_over
 from population import Distribution, Normal, Random
 
 from oncenter.simulate.sensor_sections import (
@@ -19,6 +20,7 @@ from oncenter.simulate.sensor_sections import (
     WheelSpeedSensors,
     YawRateSensor,
 )
+from oncenter.thesis.steady import LAYOUTS
 
 SIZES = {"half": 0.5, "": 1.0, "double": 2.0}
 SPELL_S, BETWEEN_S = (60.0, 300.0), (30.0, 240.0)  # the motor carries the steering; the driver does
@@ -129,6 +131,106 @@ def minor_physics(size: float) -> Extra:
     return extra
 
 
+def _spells(
+    random: Random, between_s: tuple[float, float], length_s: tuple[float, float], until_s: float = 1180.0
+) -> Iterator[tuple[float, float]]:
+    """Begin and end of spells one after the other, from the first pause on."""
+    now = 60.0 + float(random.uniform(*between_s))
+    while now < until_s:
+        end = min(now + float(random.uniform(*length_s)), until_s + 15.0)
+        yield round(now, 1), round(end, 1)
+        now = end + float(random.uniform(*between_s))
+
+
+def hand_rests(random: Random) -> Table:
+    """A lane-keeping motor with a dead band steers for minutes; a hand keeps the wheel on one side but for seconds."""
+    motor = {
+        "lash_deg": 3.0,
+        "carries_s": [list(spell) for spell in _spells(random, (20.0, 90.0), (120.0, 360.0))],
+        "dead_band_deg": 0.5,
+        "resting_torque_n_m": float(random.uniform(0.5, 2.0)) * _side(random),
+        "hands_off_s": [list(spell) for spell in _spells(random, (40.0, 120.0), (3.0, 10.0))],
+    }
+    return {"steering": {"overlay_motor": motor}}
+
+
+def stability_control_works(random: Random) -> Table:
+    """Brakes on one side: one rear wheel's some 5 to 15 kN at a metre."""
+    spells = _spells(random, (60.0, 240.0), (2.0, 5.0))
+    return {"interventions": [_braked("stability_control", spell, random, 5e3, 15e3, 0.5, 1.5) for spell in spells]}
+
+
+def anti_lock_works(random: Random) -> Table:
+    """Hard braking on ground of unequal grip, with slipping wheels."""
+    spells = _spells(random, (120.0, 300.0), (1.5, 3.0))
+    slip = {"wheel_slip_percent": 15.0}
+    return {"interventions": [_braked("anti_lock", spell, random, 0.0, 8e3, 2.0, 4.0) | slip for spell in spells]}
+
+
+def _braked(
+    kind: str, spell: tuple[float, float], random: Random, moment: float, moment_max: float, a: float, a_max: float
+) -> Table:
+    """N m and m/s^2, each from minimum to maximum."""
+    return {
+        "kind": kind,
+        "begin_s": spell[0],
+        "length_s": round(spell[1] - spell[0], 1),
+        "yaw_moment_n_m": float(random.uniform(moment, moment_max)) * _side(random),
+        "deceleration_m_s2": float(random.uniform(a, a_max)),
+    }
+
+
+def reverses(begins_s: tuple[float, ...], length_s: float) -> Extra:
+    """Backwards fast enough for the comparison of signals at 2 m/s; each from within 350 s of a begin, 8 s standing."""
+
+    def extra(random: Random) -> Table:
+        drawn_s = [float(random.uniform(begin, begin + 350.0)) for begin in begins_s]
+        spells = [[round(begin, 1), round(begin + length_s, 1)] for begin in drawn_s]
+        speed_km_h, swing_m = float(random.uniform(7.5, 8.0)), float(random.uniform(0.5, 1.5))
+        return {"drive": {"reverse_s": spells, "reverse_speed_km_h": speed_km_h, "reverse_swing_m": swing_m}}
+
+    return extra
+
+
+REVERSES = reverses((250.0, 700.0), 68.0)  # a tenth of the drive
+
+
+def axle_lifts(random: Random) -> Table:
+    up, down = float(random.uniform(200.0, 500.0)), float(random.uniform(600.0, 1000.0))
+    return {"truck": {"lift_axle_up_s": [[round(up, 1), round(down, 1)]]}}
+
+
+def tag_axle_steers(random: Random) -> Table:
+    """A rigid 6x2 between empty and laden, whose tag axle steers below 40 km/h."""
+    goods = LAYOUTS["6x2"]["payload"]
+    laden = {"payload": {**goods, "mass_kg": float(random.uniform(0.0, goods["mass_kg"]))}}
+    return {"truck": {**LAYOUTS["6x2"], **laden, "rear_steering": {"locks_above_km_h": 40.0}}}
+
+
+def rear_axle_opposes(random: Random) -> Table:
+    return {"truck": {"rear_steering": {"share": -0.25}}}
+
+
+def rear_axle_locks(random: Random) -> Table:
+    """On country roads locked for about a third of the drive."""
+    return {"truck": {"rear_steering": {"share": -0.25, "locks_above_km_h": 60.0}}}
+
+
+def _rear_sensor(offset_deg: float) -> Extra:
+    return lambda random: {"sensors": {"rear_axle_angle": {"offset_deg": offset_deg * _side(random)}}}
+
+
+def steady_wind(speed_m_s: float, area_m2: float) -> Extra:
+    """From one side of the truck for the whole drive."""
+
+    def extra(random: Random) -> Table:
+        blows = {"mean_m_s": speed_m_s, "from_deg": 180.0 - 90.0 * _side(random), "from_side": True}
+        acts = {"side_area_m2": area_m2, "side_force_coefficient": 1.1, "force_arm_m": 1.0}
+        return {"wind": {**blows, **acts, "gust_sd_m_s": 0.2 * speed_m_s, "gust_time_s": 3.0}}
+
+    return extra
+
+
 def _all_of(*extras: Extra) -> Extra:
     def extra(random: Random) -> Table:
         values: Table = {}
@@ -225,7 +327,72 @@ _ROWS = [
     ),
 ]
 EFFECTS = {row.name: row for row in _ROWS}
-PULLS = {name for name in EFFECTS if name.startswith(("pull", "axle_set_up"))} | {"combined_sensors"}
+
+
+def _and_with_status(row: Row, *statuses: str, extra: Extra = lambda random: {}) -> list[Row]:
+    """The row, and the same drives with these statuses, or with the signals that `extra` adds."""
+    sent: Table = {"sensors": {"statuses": list(statuses)}}
+
+    def with_statuses(random: Random) -> Table:
+        return laid_over(laid_over(row.extra(random), sent), extra(random))
+
+    about = f"the same, the bus sends {', '.join(statuses) or 'rear_axle_angle'}"
+    return [row, replace(row, name=f"{row.name}_with_status", about=about, like=row.name, extra=with_statuses)]
+
+
+_LIFT_AXLE = {"base": "lift_axle", "front_axle_load_kg": FRONT_OF_LIFT_AXLE_KG}
+_TAG_AXLE = {"front_axle_load_kg": 6550.0, "extra": tag_axle_steers}  # as the accuracy matrix's rigid 6x2
+_STATUS_ROWS = [
+    *_and_with_status(
+        _row(
+            "resting_hand", "lane keeping for minutes behind 3 deg of lash, a hand rests on the rim", extra=hand_rests
+        ),
+        "steering_assist_active",
+    ),
+    *_and_with_status(
+        _row("stability_control", "brakes of a stability control at work", extra=stability_control_works),
+        "stability_control_active",
+    ),
+    *_and_with_status(_row("anti_lock", "hard braking, slipping wheels", extra=anti_lock_works), "anti_lock_active"),
+    *_and_with_status(_row("reverse", "a tenth of the drive backwards, unsigned speed", extra=REVERSES), "reverse"),
+    *_and_with_status(_row("reverse_town", "the same in town", base="town", extra=REVERSES), "reverse"),
+    *_and_with_status(_row("reverse_yard", "the same in the yard", base="yard", extra=REVERSES), "reverse"),
+    *_and_with_status(
+        _row("reverse_long", "the same for 180 s at a time", base="yard", extra=reverses((250.0,), 188.0)), "reverse"
+    ),
+    *_and_with_status(
+        _row("axle_lifted", "6x2, tag axle up for some minutes", extra=axle_lifts, **_LIFT_AXLE), "axle_lifted"
+    ),
+    *_and_with_status(
+        _row("tag_axle_town", "6x2, tag axle steers below 40 km/h, town", base="town", **_TAG_AXLE),
+        extra=_rear_sensor(0.5),
+    ),
+    *_and_with_status(_row("tag_axle_yard", "the same in the yard", base="yard", **_TAG_AXLE), extra=_rear_sensor(0.5)),
+    *_and_with_status(
+        _row(
+            "counter_phase_country",
+            "rear axle in counter phase, country roads",
+            base="country",
+            extra=rear_axle_opposes,
+        ),
+        extra=_rear_sensor(3.0),
+    ),
+    *_and_with_status(
+        _row("counter_phase_town", "the same in town", base="town", extra=rear_axle_opposes), extra=_rear_sensor(3.0)
+    ),
+    *_and_with_status(
+        _row("rear_locks_country", "the same, locked above 60 km/h, country", base="country", extra=rear_axle_locks),
+        extra=_rear_sensor(3.0),
+    ),
+    _row("steady_wind_5_9", "wind from one side, 5 m/s on 9 m²", extra=steady_wind(5.0, 9.0)),
+    _row("steady_wind_8_9", "the same, 8 m/s on 9 m²", extra=steady_wind(8.0, 9.0)),
+    _row("steady_wind_6_25", "the same, 6 m/s on 25 m²", extra=steady_wind(6.0, 25.0)),
+]
+# Rows with what a bus may send, outside the section of docs/accuracy.md, each with and without the status.
+STATUS_ROWS = {row.name: row for row in _STATUS_ROWS}
+WINDS = {name for name in STATUS_ROWS if name.startswith("steady_wind")}
+# Errors are judged less i K_us times the pull, and less the angle that a steady wind needs.
+PULLS = {name for name in EFFECTS if name.startswith(("pull", "axle_set_up"))} | {"combined_sensors"} | WINDS
 # At the sizes that were measured or are feared, one effect or several at a time.
 AT_SIZE_1 = [name for name in EFFECTS if not name.endswith(("_half", "_double", "_thesis"))]
 # Minimum share of drives whose offset is valid, of the rows that ask for one.

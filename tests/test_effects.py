@@ -3,6 +3,7 @@
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,13 +17,16 @@ import accuracy_rows
 import effects
 import effects_page
 from accuracy_rows import drive
-from effects_rows import AT_SIZE_1, EFFECTS, PULLS, SIZES, VALID_MIN
+from effects_rows import AT_SIZE_1, EFFECTS, PULLS, SIZES, STATUS_ROWS, VALID_MIN, WINDS
+from layouts import scenario
 from sections import EFFECTS as HEADING
 from sections import section_of, with_section
 
 from oncenter.signals import DEGREE
 from oncenter.simulate import sensor_sections
+from oncenter.simulate.drive import ffi, lib
 from oncenter.simulate.scenario import Scenario, read_scenario
+from oncenter.simulate.truck import native_truck
 
 SENSORS = {
     "steering_wheel_angle": sensor_sections.SteeringWheelAngleSensor(),
@@ -37,7 +41,7 @@ LARGEST_DECREASE_PERCENT = -60.0  # of a load that leaves
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("name", EFFECTS | STATUS_ROWS)
 def test_a_row_can_be_driven_with_real_sensors_and_names_no_traffic_side(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -48,7 +52,7 @@ def test_a_row_can_be_driven_with_real_sensors_and_names_no_traffic_side(
         return kept[-1]
 
     monkeypatch.setattr(accuracy_rows, "read_scenario", read)
-    driven = drive(EFFECTS[name], 1, tmp_path)
+    driven = drive((EFFECTS | STATUS_ROWS)[name], 1, tmp_path)
     assert driven.vehicle.traffic_side is None
     assert np.isfinite(driven.target_rad).all()
     for sensor, real in SENSORS.items():
@@ -95,6 +99,40 @@ def test_half_and_double_are_half_and_double_of_the_full_size(name: str) -> None
             at_double = max(at_double, LARGEST_DECREASE_PERCENT)
         assert double[key] == pytest.approx(at_double)
     assert {key for key in full if double[key] != full[key]} == set(sized)
+
+
+@pytest.mark.parametrize("name", [name for name in STATUS_ROWS if name.endswith("_with_status")])
+def test_a_row_with_a_status_has_the_drives_of_the_row_without(name: str) -> None:
+    without, sent = STATUS_ROWS[name.removesuffix("_with_status")], STATUS_ROWS[name]
+    tables = [row.extra(np.random.default_rng(3)) for row in (without, sent)]
+    said = [table["sensors"].pop(key, None) for table in tables for key in ("statuses", "rear_axle_angle")]
+    assert said[:2] == [None, None]
+    assert any(said[2:])
+    assert tables[0] == tables[1]
+    assert (sent.like, sent.base, sent.fixed) == (without.name, without.base, without.fixed)
+
+
+def test_a_steady_wind_comes_from_either_side_and_is_judged_away() -> None:
+    assert WINDS <= PULLS
+    sides = {STATUS_ROWS["steady_wind_5_9"].extra(np.random.default_rng(k))["wind"]["from_deg"] for k in range(20)}
+    assert sides == {90.0, 270.0}
+
+
+def test_the_angle_held_against_a_wind_keeps_the_truck_straight() -> None:
+    """Formula against simulation: neither yaw rate nor lateral acceleration under the same force."""
+    wind = {"mean_m_s": 8.0, "from_deg": 270.0, "from_side": True, "gust_sd_m_s": 0.0, "gust_time_s": 3.0}
+    acts = {"side_area_m2": 9.0, "side_force_coefficient": 1.1, "force_arm_m": 1.0}
+    settings = scenario({"wind": wind | acts})
+    table = pl.DataFrame({"vehicle_speed_m_s": [0.0, 20.0], "wind_side_force_n": [9000.0, -1200.0]})
+    truth = SimpleNamespace(table=table, steering_ratio=settings.steering.ratio_near_centre)
+    angle = effects.held_against_wind_rad(SimpleNamespace(scenario=settings, truth=truth))
+    truck, state = native_truck(settings.truck, settings.steering), ffi.new("sim_truck_state *")
+    acting = {"front_wheel_angle": angle / truth.steering_ratio, "speed": 20.0, "wind_force": -1200.0, "wind_arm": 1.0}
+    for _ in range(4000):
+        lib.sim_truck_step(state, truck, ffi.new("sim_truck_input *", acting), 0.0025)
+    assert angle > 0.5 * DEGREE
+    assert state.yaw_rate == pytest.approx(0.0, abs=1e-9)
+    assert sum(state.axle_forces) == pytest.approx(1200.0, rel=1e-6)
 
 
 def test_the_row_option_names_a_row() -> None:

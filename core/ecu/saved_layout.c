@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x2A17E2D4u;
+static const uint32_t layout_hash = 0xF415166Cu;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -40,7 +40,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS(oc_state, tracking.preprocess.angle_next, 7), DOUBLES(oc_state, tracking.straight.filling.weight, 147),
     INTEGERS(oc_state, tracking.cornering.ticks, 3), DOUBLES(oc_state, tracking.cornering.filling.weight, 147),
     INTEGERS(oc_state, tracking.joint.running, 3), DOUBLES(oc_state, tracking.joint.yaw_rate, 3),
-    FLOATS(oc_state, tracking.joint.curvature_sum, 17),
+    FLOATS(oc_state, tracking.joint.curvature_sum, 19),
     FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 11, tracking.joint.filling.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.filling.samples[0].in_second, 1, tracking.joint.filling.samples),
     INTEGERS(oc_state, tracking.joint.filling.count, 2), FLOATS(oc_state, tracking.joint.filling.curvature, 1),
@@ -82,7 +82,7 @@ static const oc_saved_run state_runs[] = {
 static const oc_saved_run keyed_runs[] = {
     DOUBLES(oc_coefficients, vehicle.wheelbase, 3), INTEGERS(oc_coefficients, vehicle.ratio.terms, 1),
     DOUBLES(oc_coefficients, vehicle.ratio.coefficients[0], 11), ENUMS(oc_coefficients, params.method, 2),
-    DOUBLES(oc_coefficients, params.cutoff_hz, 67), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
+    DOUBLES(oc_coefficients, params.cutoff_hz, 68), INTEGERS(oc_coefficients, params.use_accelerometer, 1),
     DOUBLES(oc_coefficients, rate_hz, 1),
 };
 /* end */

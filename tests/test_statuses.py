@@ -7,9 +7,11 @@ from saved_ecu import Ecu, legs
 from test_core_reach import ACCELERATION, ANGLE, SPEED, YAW_RATE, core_of, steady
 from test_core_sensor_fault import judged
 
+import oncenter as oc
 from oncenter import _core
 from oncenter._native import ffi, lib
-from oncenter.signals import DEGREE, STATUSES
+from oncenter.plausibility import check
+from oncenter.signals import DEGREE, SIGNALS, STATUSES, Signals, Source
 
 RATE_HZ = 100.0
 Columns = dict[str, Array]
@@ -30,13 +32,14 @@ def during(begin_s: float, end_s: float, count: int = 6000) -> Array:
     return ((t >= begin_s) & (t < end_s)).astype(float)
 
 
-def in_a_yard(seed: int = 1) -> tuple[Columns, Array]:
-    """Six minutes in bends, backward in the third and the fourth, with speeds as most buses have them: without sign."""
-    random, t = np.random.default_rng(seed), np.arange(36_000) / RATE_HZ
+def in_a_yard(begin_s: float = 110.0, end_s: float = 250.0) -> tuple[Columns, Array]:
+    """Six minutes in bends, part of them backward, with speeds as most buses have them: without sign."""
+    random, t = np.random.default_rng(1), np.arange(36_000) / RATE_HZ
     knots = np.arange(0.0, 368.0, 4.0)
     bends = np.interp(t, knots, random.normal(0.0, 0.02, len(knots)) * (random.random(len(knots)) < 0.6))
     curvature = np.convolve(bends, np.full(60, 1.0 / 60.0), "same")
-    v = np.interp(t, [0, 110, 120, 130, 230, 240, 250, 360], [7.0, 7.0, 0.0, -6.0, -6.0, 0.0, 7.0, 7.0])
+    turns = [begin_s, begin_s + 10.0, begin_s + 20.0, end_s - 20.0, end_s - 10.0, end_s]
+    v = np.interp(t, turns, [7.0, 0.0, -6.0, -6.0, 0.0, 7.0])
     yaw_rate = v * curvature
     columns = {
         "time_s": t,
@@ -89,6 +92,16 @@ def test_a_truck_that_backs_up_accuses_no_sensor() -> None:
     columns, backward = in_a_yard()
     accused = [outputs_of(columns | more)["signal_fault"] for more in ({}, {"reverse": backward})]
     assert accused[0].any() and not accused[1].any()
+
+
+@pytest.mark.parametrize("has_status", [False, True])
+def test_a_yard_in_which_a_truck_mostly_backs_up_reverses_a_sign_without_its_status_only(has_status: bool) -> None:
+    columns, backward = in_a_yard(40.0, 350.0)
+    columns |= {"reverse": backward} if has_status else {}
+    sources = {name: Source("bus", RATE_HZ, 36_000, 0) for name, of in SIGNALS.items() if of.column in columns}
+    truck = oc.Vehicle(wheelbase_m=WHEELBASE, steering_ratio=RATIO)
+    found = check(Signals(columns, sources, RATE_HZ, "yard"), truck).findings
+    assert bool(found) is not has_status
 
 
 def test_backing_up_is_a_reason_and_its_speed_is_negative_whether_the_bus_has_its_sign_or_not() -> None:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from oncenter import _core
 from oncenter.signals import SIGNALS, Signals
+from oncenter.tuned import TUNED
 from oncenter.vehicle import Vehicle
 
 Column = npt.NDArray[np.float64]
@@ -21,6 +22,11 @@ ROLLING_M_S = 2.0  # from which r/v is a curvature
 DRIVING_M_S = 5.0
 MIN_TIME_S = 30.0  # for a comparison of two signals
 _ABSURD = 1e9  # SI
+_DISTURBING = {  # statuses, each up to a speed
+    "stability_control_active": np.inf,
+    "anti_lock_active": np.inf,
+    "reverse": TUNED["monitor.backward_speed_max"],
+}
 
 
 class GridSignals:
@@ -43,7 +49,12 @@ class GridSignals:
 
     @cached_property
     def speed(self) -> Column:
-        return self._means("vehicle_speed")
+        """NaN while the truck drives backward or brakes turn it, when signals contradict each other without a fault."""
+        speed = self._means("vehicle_speed")
+        for status, below_m_s in _DISTURBING.items():
+            if self.has(status):
+                speed = np.where((self._means(status) > 0.0) & (speed < below_m_s), np.nan, speed)
+        return speed
 
     @cached_property
     def lateral_acceleration(self) -> Column:

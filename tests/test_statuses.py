@@ -116,6 +116,14 @@ def test_backing_up_is_a_reason_and_its_speed_is_negative_whether_the_bus_has_it
     assert _core._values(by_size) == _core._values(by_sign)
 
 
+def test_the_angle_by_motion_has_its_side_in_reverse_if_the_bus_says_so() -> None:
+    columns, backward = in_a_yard()
+    rolls = (backward > 0.5) & (columns[SPEED] > 3.0)
+    found = [outputs_of(columns | more)["angle"]["estimate"][rolls] for more in ({}, {"reverse": backward})]
+    likeness = [np.corrcoef(columns[ANGLE][rolls], estimate)[0, 1] for estimate in found]
+    assert likeness[0] < -0.5 and likeness[1] > 0.9
+
+
 def test_a_status_of_reverse_at_the_speed_of_a_motorway_is_wrong_and_changes_no_bit() -> None:
     ends = [Ecu().run(steady(**more)).values() for more in ({}, {"reverse": 1.0})]
     assert ends[0] == ends[1]

@@ -122,6 +122,8 @@ def test_the_angle_by_motion_has_its_side_in_reverse_if_the_bus_says_so() -> Non
     found = [outputs_of(columns | more)["angle"]["estimate"][rolls] for more in ({}, {"reverse": backward})]
     likeness = [np.corrcoef(columns[ANGLE][rolls], estimate)[0, 1] for estimate in found]
     assert likeness[0] < -0.5 and likeness[1] > 0.9
+    error = columns[ANGLE][rolls] - 2.0 * DEGREE - found[1]
+    assert np.sqrt(np.mean(error**2)) < 3.5 * DEGREE  # forward 2.4 deg
 
 
 def test_a_status_of_reverse_at_the_speed_of_a_motorway_is_wrong_and_changes_no_bit() -> None:

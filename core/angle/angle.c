@@ -265,7 +265,8 @@ static float wheels_of(oc_angle_tracking *t, const oc_angle_evidence *e, const o
     const float steady = oc_front_wheel_by_yaw_rate(d->wheelbase * (1.0f + truck->wheelbase), t->yaw_rate, v,
                                                     truck->gradient, a - truck->unloading + d->pull);
     t->cube = steady * steady * steady;
-    return to_steering_wheel(d, steady - t->flattening * t->cube + t->lead * d->per_ratio * t->predicted);
+    const float lead = v < 0.0f ? -t->lead : t->lead; /* backward, the yaw rate follows the angle with the other sign */
+    return to_steering_wheel(d, steady - t->flattening * t->cube + lead * d->per_ratio * t->predicted);
 }
 
 /* rad^2, of the observer's errors; a comparison with the sensor identifies their scale. */

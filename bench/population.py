@@ -65,7 +65,8 @@ PULL_SD_M_S2, WIND_SD_M_S2 = BELIEVED["pull_sd_m_s2"], BELIEVED["wind_sd_m_s2"]
 CROWN_M_S2, CROWN_SD_M_S2 = BELIEVED["crown_m_s2"], BELIEVED["crown_sd_m_s2"]
 CROWN_SHARE_STOOD_ON = BELIEVED["standing_crown_share_1"]
 # Of axles that are adjusted for the crown, and of drives on roads that fall to the other side than in the prior.
-SET_UP_SHARE = OTHER_SIDE_SHARE = 1 / (2 + TUNED["hypothesis_equations.set_up_odds"])
+SET_UP_SHARE = BELIEVED["set_up_probability_1"]
+OTHER_SIDE_SHARE = TUNED["hypothesis_equations.other_side_probability"]
 G_M_S2 = 9.80665
 PERCENT_PER_M_S2 = 100.0 / G_M_S2  # of a road's cross slope
 

@@ -97,7 +97,8 @@ static const member floats[] = {
     {offsetof(oc_state, tracking.assignment.sums),
      (offsetof(oc_assignment, ticks) - offsetof(oc_assignment, sums)) / WORD, SQUARES, 1, 0},
     {offsetof(oc_state, tracking.joint.prior.unloading_mean), 1, ACCELERATION, 1, 0},
-    {offsetof(oc_state, tracking.joint.prior.crown), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, tracking.joint.prior.crown), 2, ACCELERATION, 1, 0}, /* and bank */
+    {offsetof(oc_state, tracking.joint.prior.bank_sd), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, tracking.angle.yaw_rate_first), 2, YAW_RATE, 1, 0}, /* and yaw_rate */
     {offsetof(oc_state, tracking.angle.speed), 1, SPEED, 1, 0},
     {offsetof(oc_state, tracking.angle.bank), 1, ACCELERATION, 1, 0},

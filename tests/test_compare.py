@@ -117,6 +117,19 @@ def test_two_trucks_two_methods_or_one_drive_twice_are_refused(other: dict[str, 
     assert refused.value.code == code
 
 
+def test_a_copy_of_a_drive_under_another_name_is_no_drive_after_a_repair() -> None:
+    """Two drives of a logger without a clock may begin at the same date, and are not equally long."""
+
+    def of(log: str, value: float, duration_s: float) -> dict[str, Any]:
+        of_log = {"start_time": "2026-03-02T07:00:00Z", "time": {"duration_s": duration_s}}
+        return answer_json(value, log=log) | of_log
+
+    before = offset_of(of("before.log", 3.0, 1800.0), "b.json")
+    with pytest.raises(oc.OncenterError, match=r"of which copy\.log is a copy"):
+        compared(before, offset_of(of("copy.log", -2.0, 1800.0), "a.json"), 2.0)
+    assert compared(before, offset_of(of("after.log", 0.1, 1799.0), "a.json"), 2.0).state == "successful"
+
+
 @pytest.mark.parametrize(
     ("content", "why"),
     [
@@ -204,6 +217,7 @@ def test_a_log_without_a_vehicle_file_is_refused_with_what_would_do(capsys: pyte
 def dated(folder: Path, name: str, offset_deg: float, start: str | None) -> Path:
     """A log with this offset; its stamps begin at zero, and its metadata may have the start."""
     table = steady_drive(offset_deg=offset_deg).table
+    table = table.head(-100) if name == "b" else table  # another drive
     path = folder / f"{name}.parquet"
     table.write_parquet(path, metadata={} if start is None else {"start_time": start})
     return path

@@ -216,7 +216,7 @@ def test_a_wide_interval_requests_the_driving_that_narrows_it_most(answer: Answe
 def test_a_truck_that_was_too_slow_is_asked_to_go_faster(drive: Signals) -> None:
     parking = oncenter.offset(replace(drive, table=drive.table[:1500]), TRUCK)
     found = about_offset(parking)
-    assert found.headline == "No offset: drive 1 more minute faster than 11 km/h, with bends to both sides."
+    assert found.headline == "Not determined: drive 1 more minute faster than 11 km/h, with bends to both sides."
 
 
 def test_driving_that_the_gate_rejected_is_asked_for_in_the_way_that_the_gate_takes(answer: Answer) -> None:

@@ -62,6 +62,7 @@ class Offset:
     whole_deg: tuple[float, float] | None = None
     verdict: Code | None = None
     start_s: float | None = None  # of the drive, since 1970
+    duration_s: float | None = None
 
     def code(self, limit_deg: float) -> Code:
         """The verdict with that limit."""
@@ -289,6 +290,7 @@ def _offset(answer: Mapping[str, Any]) -> Offset:
         verdict=_verdict_in(answer),
         is_fixed=not any(finding["code"] in _NOT_FIXED for finding in answer.get("findings", ())),
         start_s=None if start is None else datetime.fromisoformat(start).timestamp(),
+        duration_s=duration if isinstance(duration := answer.get("time", {}).get("duration_s"), float) else None,
     )
 
 
@@ -363,9 +365,11 @@ def compared(before: Offset, after: Offset, limit_deg: float) -> Comparison:
 
 
 def _refuse_other_truck(before: Offset, after: Offset) -> None:
-    if before.log == after.log:
+    drives = [(offset.start_s, offset.duration_s) for offset in (before, after)]
+    if before.log == after.log or (None not in drives[0] and drives[0] == drives[1]):
+        copy = "" if before.log == after.log else f", of which {after.log} is a copy"
         raise OncenterError(
-            f"before and after are both of {before.log}: compare two drives", code="usage", exit_code=WRONG_USAGE
+            f"before and after are both of {before.log}{copy}: compare two drives", code="usage", exit_code=WRONG_USAGE
         )
     pairs = (("VIN", before.vin, after.vin), ("vehicle", before.vehicle, after.vehicle))
     for what, one, other in pairs:

@@ -63,7 +63,7 @@ OF_OFFSET: Mapping[Code, State] = {
     "undecided": State("Undecided", "?", "open", "limit inside the interval, or offset not valid"),
     "within": State("Within the limit", "✓", "good", "whole interval within the limit"),
     "no_correction": State("No correction", "–", "muted", "relative sensor: another zero at each start"),
-    "no_offset": State("No offset", "–", "muted", "more driving needed"),
+    "no_offset": State("Not determined", "–", "muted", "more driving needed"),
 }
 OF_PARTS: Mapping[Code, State] = {
     "ok": State("OK", "✓", "good", "no fault found"),

@@ -81,6 +81,7 @@ static const member doubles[] = {
     {offsetof(oc_state, evidence.gyro_bias.still.mean), 1, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.still_blocks), 4, NOT_NEGATIVE, 1, 0}, /* to sd */
     {offsetof(oc_state, evidence.joint.bank_mean), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.joint.crown_bank), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, learned.offset.value), 1, ESTIMATE, OC_LEARNED_ESTIMATES, ESTIMATES},
     {offsetof(oc_state, learned.offset.standard_deviation), 2, NOT_NEGATIVE, OC_LEARNED_ESTIMATES, ESTIMATES},
 };

@@ -18,6 +18,7 @@ static const float correction_min = 3.5e-5f;     /* rad/s; a smaller one moves t
 static const double sample_s = 0.1; /* s: length of a sample; ten are a second */
 static const double bank_filter_s = 0.3; /* s: time constant of a_y - r v */
 static const double wandering_memory_s = 200.0; /* s: memory of the mean bank if the zero is a random walk */
+static const double crowned_curvature = 0.0025; /* 1/m: curvature up to which a road is crowned */
 static const float settled_age_s = 300.0f; /* s: minimum evidence for the check for changes */
 static const float place_settling_s = 20.0f; /* s: no change is suspected after a reset of the place */
 static const float rare_flank_s = 60.0f; /* s: load on a flank until an error there may be a change */
@@ -183,7 +184,9 @@ bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const 
     if (!joint->started || tracking->due > 0 || !(fabsf(rad_s) > correction_min)) {
         return false;
     }
-    joint->bank_mean += has_banks ? (double)rad_s * joint->speed_mean : 0.0;
+    const double by_speed = has_banks ? (double)rad_s * joint->speed_mean : 0.0;
+    joint->bank_mean += by_speed;
+    joint->crown_bank += by_speed;
     if (joint->second.used_s > 0.0f) {
         for (int32_t k = 0; k < joint->count; ++k) {
             oc_hypothesis_correct(&joint->hypotheses[k], &design->hypothesis, rad_s);
@@ -245,11 +248,16 @@ static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking,
     }
 }
 
-static void average(oc_joint *joint, const oc_joint_design *design, double speed, double bank) {
+/* Bends are banked against the crown, so the crown is that of the straights. */
+static void average(oc_joint *joint, const oc_joint_design *design, const oc_joint_tick *tick, double bank) {
     const double memory = 10.0 * (oc_joint_wanders(joint) ? wandering_memory_s : (double)design->memory_s);
+    if (fabs(tick->curvature) < crowned_curvature) {
+        joint->crown_samples = joint->crown_samples + 1.0 < memory ? joint->crown_samples + 1.0 : memory;
+        joint->crown_bank += (bank - joint->crown_bank) / joint->crown_samples;
+    }
     joint->bank_samples = joint->bank_samples + 1.0 < memory ? joint->bank_samples + 1.0 : memory;
     joint->bank_mean += (bank - joint->bank_mean) / joint->bank_samples;
-    joint->speed_mean += (speed - joint->speed_mean) / joint->bank_samples;
+    joint->speed_mean += (tick->speed - joint->speed_mean) / joint->bank_samples;
 }
 
 static bool ends_second(const oc_motion_sample *sample, const oc_joint_design *design) {
@@ -278,7 +286,7 @@ static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const o
                            const oc_joint_tick *tick, double bank) {
     float share = 0.0f;
     if (tick->usable) {
-        average(joint, design, tick->speed, tracking->bank);
+        average(joint, design, tick, tracking->bank);
         share = 1.0f / (float)joint->bank_samples;
     }
     const float filtered[OC_NOISY] = {(float)bank, (float)tick->yaw_rate};

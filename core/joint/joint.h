@@ -111,6 +111,7 @@ typedef struct {
     oc_change_watch watch;
     double speed_mean;              /* m/s, over all usable samples */
     double bank_mean, bank_samples; /* m/s^2, a_y - r*v, over the same samples */
+    double crown_bank, crown_samples; /* the same, of those on straights */
     oc_changed changed[OC_CHANGES_MAX];
     oc_hypothesis hypotheses[OC_JOINT_HYPOTHESES];
 } oc_joint;

@@ -64,8 +64,8 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = known->set_up_probability > 0.0f ? crown + unknown_side : 0.0f;
-    if (side == 0.0f && evidence->joint.bank_samples > 0.0) {
-        prior.bank = (float)evidence->joint.bank_mean;
+    if (side == 0.0f && evidence->joint.crown_samples > 0.0) {
+        prior.bank = (float)evidence->joint.crown_bank;
         prior.bank_sd = sqrtf(crown_sd * crown_sd + turning * turning);
     }
     prior.zero_information = oc_torque_zero_information(&evidence->torque, &c->torque);

@@ -4,12 +4,17 @@ several test files."""
 import os
 import sys
 from pathlib import Path
+from threading import Lock
+from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
 from two_trucks import write_fleet
 
 from oncenter.fleet import run
+from oncenter.fleet.drive import Work
+from oncenter.fleet.files import LogFile
+from oncenter.fleet.watched import Watched
 
 pytest_plugins = ["allowed_skips", "browser"]
 
@@ -48,3 +53,17 @@ def undisturbed(fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     output = tmp_path_factory.mktemp("undisturbed")
     run([str(fleet / "logs")], fleet / "vehicles", output)
     return output
+
+
+@pytest.fixture
+def answered_here(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The logs of a fleet are answered in this process: each night's child processes take seconds to begin. Tests of
+    the system, and `undisturbed`, have them."""
+    one_at_a_time = Lock()
+
+    def answered(self: Watched, log: LogFile) -> dict[str, Any]:
+        with one_at_a_time:
+            return Work(self.trucks, self.reports)(log)
+
+    if request.node.get_closest_marker("system") is None:
+        monkeypatch.setattr(Watched, "_answered", answered)

@@ -36,6 +36,7 @@ from oncenter.fleet.trucks import Trucks
 from oncenter.report.document import embedded
 from oncenter.signals import DEGREE
 
+pytestmark = pytest.mark.usefixtures("answered_here")
 ROOT = Path(__file__).parents[1]
 
 
@@ -74,6 +75,7 @@ def test_a_drive_is_a_row_with_what_offset_says_of_it(fleet: Path, undisturbed: 
     assert (row["truck"], row["offset_status"]) == ("depot-7", given["status"])
 
 
+@pytest.mark.system
 def test_a_second_night_answers_nothing_again_and_changes_no_byte(fleet: Path, undisturbed: Path) -> None:
     page = undisturbed / "index.html"
     before, page_before = tables(undisturbed), page.read_bytes()
@@ -122,6 +124,7 @@ def test_the_child_that_answers_a_log_reads_it_itself(fleet: Path, monkeypatch: 
     assert row.get("error") is None and row["offset_deg"] is not None
 
 
+@pytest.mark.system
 def test_a_bad_log_is_a_row_with_its_error_and_the_others_are_answered(fleet: Path, tmp_path: Path) -> None:
     folder = tmp_path / "logs" / "depot-7"
     folder.mkdir(parents=True)
@@ -162,6 +165,7 @@ def test_a_log_is_answered_anew_when_its_vehicle_file_comes_or_changes(fleet: Pa
     assert night()["offset_deg"] != first["offset_deg"]
 
 
+@pytest.mark.system
 def test_a_log_that_grew_replaces_what_it_was(fleet: Path, tmp_path: Path) -> None:
     log = tmp_path / "depot-7.parquet"
     whole = pl.read_parquet(fleet / "logs" / "depot-7" / "day0.parquet")
@@ -225,6 +229,7 @@ def test_half_written_files_of_a_killed_run_are_removed(fleet: Path, tmp_path: P
     assert not any(path.exists() for path in left)
 
 
+@pytest.mark.system
 def test_two_runs_do_not_write_one_folder_at_once(fleet: Path, tmp_path: Path) -> None:
     def engine(work: object, logs: object) -> Iterator[object]:
         with pytest.raises(OncenterError, match="no other run"):
@@ -234,6 +239,7 @@ def test_two_runs_do_not_write_one_folder_at_once(fleet: Path, tmp_path: Path) -
     run([str(fleet / "logs")], fleet / "vehicles", tmp_path, engine=engine)  # type: ignore[arg-type]
 
 
+@pytest.mark.system
 def test_a_ledger_that_was_refused_keeps_nothing_open(tmp_path: Path) -> None:
     path = tmp_path / LEDGER
     Ledger(path).close()
@@ -299,6 +305,7 @@ def test_a_query_that_cannot_be_answered_is_one_line(
 FILE_READERS = sorted({name for name in dir(pl) if name.startswith(("read_", "scan_"))} | {"read_json", "glob"})
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "sql",
     [
@@ -323,6 +330,7 @@ def test_a_query_reads_no_file_but_the_fleet_s_tables(
     assert out == "" and err.count("\n") == 1 and "secret" not in err
 
 
+@pytest.mark.system
 def test_the_name_of_a_folder_is_no_pattern(undisturbed: Path, tmp_path: Path) -> None:
     shutil.copytree(undisturbed, tmp_path / "fleet[1]")
     assert len(query("SELECT truck FROM trucks", tmp_path / "fleet[1]")) == 2
@@ -333,6 +341,7 @@ def test_a_query_may_have_the_name_of_a_file_reader_in_its_texts(undisturbed: Pa
     assert query(sql, undisturbed).height == 2
 
 
+@pytest.mark.system
 def test_what_cannot_be_run_is_refused_by_name(fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     logs, vehicles, output = str(fleet / "logs"), str(fleet / "vehicles"), str(tmp_path / "out")
     for arguments, named in (
@@ -347,6 +356,7 @@ def test_what_cannot_be_run_is_refused_by_name(fleet: Path, tmp_path: Path, caps
     assert command(["fleet", "query", "SELECT 1", "--output", str(tmp_path)]) == 2
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("name", ["index.html", "trucks.parquet", "metrics.json", "ledger.sqlite"])
 def test_a_folder_with_files_of_somebody_s_own_is_left_as_it_is(
     name: str, fleet: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -365,6 +375,7 @@ def test_a_folder_with_files_of_somebody_s_own_is_left_as_it_is(
     assert [path.name for path in tmp_path.iterdir()] == [name] and mine.read_bytes() == before
 
 
+@pytest.mark.system
 @pytest.mark.slow
 def test_what_was_answered_is_kept_when_the_tables_cannot_be_written(
     fleet: Path, undisturbed: Path, tmp_path: Path
@@ -506,6 +517,7 @@ def test_the_tables_of_a_former_version_answer_in_the_present_codes(undisturbed:
     assert query("SELECT truck FROM trucks WHERE verdict = 'calibrate'", tmp_path).height == 2
 
 
+@pytest.mark.system
 def test_the_csv_of_the_trucks_has_all_columns_and_comes_back_as_it_was(
     undisturbed: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

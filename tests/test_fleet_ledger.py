@@ -38,6 +38,8 @@ CREATE INDEX of_key ON seen (key);
 CREATE TABLE begun (uri TEXT PRIMARY KEY);
 """
 
+pytestmark = pytest.mark.usefixtures("answered_here")
+
 
 class Fleet:
     """Two trucks a and b with a vehicle file each, and nights over their logs that note which are read."""

@@ -24,6 +24,7 @@ from oncenter.fleet.listing import as_lines
 from oncenter.fleet.metrics import as_prometheus, write_metrics
 from oncenter.fleet.news import KINDS, keep_for_next_night, news_of
 
+pytestmark = pytest.mark.usefixtures("answered_here")
 Arguments = list[str]
 
 

@@ -24,10 +24,8 @@ SLOW = ONCENTER_NO_SKIPS=1 $(BIN)/python -m pytest -q -n auto --dist loadgroup -
 DAMAGED = $(addprefix tests/test_,fleet_poison.py fuzz_logs.py hostile_logs.py mutated_files.py)
 BENCHES = tests/test_benches.py
 PAGES = tests/test_docs_code.py
-ON_OTHERS = $(PYTEST) -p no:cacheprovider -o faulthandler_timeout=120 -o faulthandler_exit_on_timeout=true -m "not slow"
-# Tests of the operating system: files, child processes, buses, consoles.
-PORTABLE_TESTS = $(addprefix tests/test_,child.py cli.py file_name.py fleet.py live.py live_bus.py live_kept.py \
-	read_apart.py regular_file.py standard_input.py whole_file.py)
+ON_OTHERS = $(PYTEST) -p no:cacheprovider -o faulthandler_timeout=120 -o faulthandler_exit_on_timeout=true \
+	-m "system and not slow"
 MACOS_TESTS = $(addprefix tests/test_,child.py file_name.py live_bus.py live_kept.py whole_file.py)
 WARNINGS = -std=c99 -O2 -ffp-contract=off -Wall -Wextra -Wconversion -Werror
 
@@ -126,8 +124,9 @@ elsewhere: types-win32 types-darwin ## the types as for Windows and macOS
 types-win32 types-darwin: types-%: .venv/dev
 	$(BIN)/mypy --strict --platform $* --cache-dir .mypy_cache/$* src
 
+# Of the other systems' types Windows' alone: macOS differs little from Linux, and the night has both.
 beside: .venv/dev ## what each needs one core of, two at a time
-	@$(MAKE) --no-print-directory -j2 -Otarget build/sanitize/lib elsewhere embedded
+	@$(MAKE) --no-print-directory -j2 -Otarget build/sanitize/lib types-win32 embedded
 
 warnings: .venv/dev
 	@set -e; for file in $(C_FILES) $(EXPORTED); do echo "$(CC) $(WARNINGS) $$file"; \
@@ -166,7 +165,7 @@ pages: .venv/dev
 
 # Only oncenter takes this machine for Windows or macOS. A test that hangs ends the run.
 portable: .venv/dev ## tests of files, processes and buses, with Windows and macOS imitated (tests/elsewhere)
-	ONCENTER_AS=win32 PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(PORTABLE_TESTS)
+	ONCENTER_AS=win32 PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $$(grep -l mark.system tests/test_*.py)
 	ONCENTER_AS=darwin PYTHONPATH=$(CURDIR)/tests/elsewhere $(BIN)/python $(ON_OTHERS) $(MACOS_TESTS)
 
 browser: .venv/dev ## the pages in a browser: live page, report and its PDF, angle, fleet, thesis, docs site

@@ -28,6 +28,7 @@ PARTS = {
     "pages": "the code of every page and notebook",
     "sanitize": "all tests that are not slow, the C compiled with address and undefined-behaviour sanitizers",
     "coverage": "the branches of the core that its tests take",
+    "elsewhere": "the types as for Windows and macOS",
     "embedded": "the core on two emulated microcontrollers",
     "fmu": "the FMU's other platforms in emulators, two further importers",
     "wheels": "a wheel for each platform, checked where it can run",

@@ -17,6 +17,8 @@ from oncenter.errors import OncenterError
 from oncenter.files import child as room
 from oncenter.files.child import Child, ChildDied, ChildFailed, Limits, borrowed, limits_for
 
+pytestmark = pytest.mark.system
+
 PATIENT = Limits(cpu_s=60.0, resident_bytes=2 << 30)
 MODULE = "a_reader_of_tests"
 CODE = """

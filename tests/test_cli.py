@@ -85,6 +85,7 @@ def test_the_first_schema_is_still_printed_on_request(drive_csv: Path, capsys: p
     assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--json", "--schema", "offset-3"]) == 2
 
 
+@pytest.mark.system
 def test_offset_with_json_prints_one_object(drive_csv: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["offset", str(drive_csv), "--vehicle", TRUCK, "--json"]) == 0
     given = json.loads(capsys.readouterr().out)
@@ -219,6 +220,7 @@ def test_wrong_usage_is_one_line_and_exit_code_2(
     assert named in err
 
 
+@pytest.mark.system
 def test_an_internal_error_is_one_line_and_exit_code_70(
     drive_csv: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -268,6 +270,7 @@ def loaded_of(names: Sequence[str], arguments: Sequence[str], folder: Path) -> l
     return done.stderr.split()
 
 
+@pytest.mark.system
 def test_a_closed_pipe_is_not_an_error(drive_csv: Path) -> None:
     command = f'"{sys.executable}" -m oncenter offset "{drive_csv}" --vehicle {TRUCK} --json | head -c 1'
     done = subprocess.run(["sh", "-c", command], capture_output=True, text=True, check=True, env=dict(os.environ))
@@ -369,6 +372,7 @@ def test_logs_that_overlap_or_are_given_twice_are_findings(
     assert given["time"]["duration_s"] == pytest.approx(260.0)
 
 
+@pytest.mark.system
 def test_a_path_without_permission_is_one_line(
     drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -393,6 +397,7 @@ def test_a_path_without_permission_is_one_line(
         assert err.count("\n") == 1 and "Permission denied" in err and "internal error" not in err
 
 
+@pytest.mark.system
 def test_a_directory_a_pipe_and_an_unmatched_pattern_are_not_logs(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -405,6 +410,7 @@ def test_a_directory_a_pipe_and_an_unmatched_pattern_are_not_logs(
         assert err.count("\n") == 1 and said in err and name in err
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("arguments", [["offset"], ["fleet", "run"]], ids=" ".join)
 def test_an_interruption_is_one_line_and_with_json_the_error_object(
     arguments: list[str], drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
@@ -426,6 +432,7 @@ def test_an_interruption_is_one_line_and_with_json_the_error_object(
     assert err.startswith("oncenter: interrupted") and err.count("\n") == 1
 
 
+@pytest.mark.system
 def test_an_interruption_during_loading_leaves_no_traceback(tmp_path: Path) -> None:
     (tmp_path / "typer.py").write_text("raise KeyboardInterrupt\n")
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
@@ -444,6 +451,7 @@ def in_a_shell(words: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(["sh", "-c", program], capture_output=True, text=True, cwd=folder, env=dict(os.environ))
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     "words",
     [
@@ -484,6 +492,7 @@ def test_an_answer_is_printed_even_if_its_file_cannot_be_written(
     assert done.stderr == f"oncenter: cannot write {name}: No space left on device\n"
 
 
+@pytest.mark.system
 def test_the_answer_is_the_only_object_if_its_report_cannot_be_written(drive_csv: Path, tmp_path: Path) -> None:
     (tmp_path / "drive.csv").symlink_to(drive_csv)
     (tmp_path / "full.html").symlink_to(FULL)
@@ -503,6 +512,7 @@ def test_an_answer_is_printed_before_its_report_is_written(
     assert capfd.readouterr().out == ""
 
 
+@pytest.mark.system
 def test_an_interruption_after_the_answer_adds_no_second_object(
     drive_csv: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -517,6 +527,7 @@ def test_an_interruption_after_the_answer_adds_no_second_object(
     assert err == "oncenter: interrupted\n"
 
 
+@pytest.mark.system
 @pytest.mark.parametrize("option", ["offset --report", "angle --report", "angle --output"])
 def test_an_output_that_is_not_a_file_path_is_refused_before_anything_is_read(
     option: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
@@ -530,6 +541,7 @@ def test_an_output_that_is_not_a_file_path_is_refused_before_anything_is_read(
         assert out == "" and err.count("\n") == 1 and why in err and path in err
 
 
+@pytest.mark.system
 def test_a_log_whose_name_is_not_valid_text_is_answered_like_any_other(drive_csv: Path, tmp_path: Path) -> None:
     name = os.fsdecode(b"bad\xff.csv")
     (tmp_path / name).symlink_to(drive_csv)
@@ -544,6 +556,7 @@ _CONTROL = "\x1b]0;owned\x07\x9b31m\N{RIGHT-TO-LEFT OVERRIDE}"
 _TITLE = r"\x1b]0;owned\x07\xc2\x9b31m\xe2\x80\xae"  # as it is printed
 
 
+@pytest.mark.system
 @pytest.mark.posix
 @pytest.mark.parametrize(
     "words",
@@ -576,6 +589,7 @@ def test_a_name_can_neither_control_a_terminal_nor_begin_a_line(
         assert _TITLE in out
 
 
+@pytest.mark.system
 def test_a_column_can_not_control_a_terminal(drive_csv: Path, tmp_path: Path) -> None:
     column = f"yaw{_CONTROL}\nwarning: forged"
     pl.read_csv(drive_csv).rename({"yaw_rate_rad_s": column}).write_csv(tmp_path / "odd.csv")

@@ -9,6 +9,8 @@ import pytest
 
 from oncenter.files.file_name import STEM_BYTES_MAX, file_stem, printable, printable_name
 
+pytestmark = pytest.mark.system
+
 
 def test_each_text_has_its_own_file_name() -> None:
     keys = ["A B", "a b", "A_B", "A  B", "A%20B", "A/B", "a.b-c_1", "..", "x" * 300]

@@ -269,6 +269,7 @@ def test_history_takes_no_more_memory_after_a_day(log: Path) -> None:
 # The verb
 
 
+@pytest.mark.system
 def test_a_replay_says_what_offset_says(capsys: pytest.CaptureFixture[str]) -> None:
     short = drive_log(60.0)
     assert run(["live", "--replay", str(short), "--speed", "100", "--vehicle", TRUCK, "--json"]) == 0
@@ -277,6 +278,7 @@ def test_a_replay_says_what_offset_says(capsys: pytest.CaptureFixture[str]) -> N
     assert live == json.loads(capsys.readouterr().out) | {"accounts": []}  # a bus has no file
 
 
+@pytest.mark.system
 @pytest.mark.parametrize(
     ("arguments", "exit_code", "words"),
     [
@@ -307,6 +309,7 @@ def test_a_table_is_not_replayed(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert "for a table use oncenter offset" in capsys.readouterr().err
 
 
+@pytest.mark.system
 def test_ctrl_c_saves_and_answers(log: Path, tmp_path: Path) -> None:
     trace = tmp_path / "trace.parquet"
     arguments = ["live", "--replay", str(log), "--speed", "100", "--vehicle", TRUCK, "--state", str(tmp_path / "state")]

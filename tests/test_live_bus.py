@@ -26,6 +26,8 @@ from oncenter.live.session import Notices, Session
 from oncenter.live.snapshot import Dropped
 from oncenter.live.socket_losses import SocketLosses
 
+pytestmark = pytest.mark.system
+
 
 def without_log(answer: oc.Answer | None) -> dict[str, Any]:
     assert answer is not None

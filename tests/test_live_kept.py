@@ -24,6 +24,8 @@ from oncenter.read.frames import Frames
 from oncenter.read.stream import Stream
 from oncenter.signals import DEGREE
 
+pytestmark = pytest.mark.system
+
 
 @pytest.fixture(scope="module")
 def log() -> Path:

@@ -23,6 +23,8 @@ from oncenter.read.here import read_here
 from oncenter.signals import SignalName
 from oncenter.simulate import simulate_to_log
 
+pytestmark = pytest.mark.system
+
 
 def nobody_hears(fraction: float) -> None:
     pass

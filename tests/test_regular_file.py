@@ -10,6 +10,8 @@ import pytest
 from oncenter.errors import OncenterError
 from oncenter.files.regular_file import open_regular_file, read_regular_file, refuse_what_is_no_regular_file
 
+pytestmark = pytest.mark.system
+
 
 @pytest.fixture
 def pipe(tmp_path: Path) -> Path:

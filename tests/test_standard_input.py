@@ -18,6 +18,8 @@ from oncenter.cli.standard_input import STANDARD_INPUT, as_file
 from oncenter.files.log_formats import FORMATS
 from oncenter.simulate import simulate_to_log
 
+pytestmark = pytest.mark.system
+
 CSV = "time_s,steering_wheel_angle_deg,yaw_rate_deg_s,vehicle_speed_km_h\n" + "".join(
     f"{k / 100},{k % 7},{k % 5},60\n" for k in range(200)
 )

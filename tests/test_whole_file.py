@@ -19,6 +19,8 @@ import pytest
 from oncenter.errors import OncenterError
 from oncenter.files.whole_file import check_place, remove_unfinished, whole_file, write_whole
 
+pytestmark = pytest.mark.system
+
 FULL = Path("/dev/full")
 
 

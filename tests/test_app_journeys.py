@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -109,7 +109,7 @@ def serious(view: Any) -> list[str]:
     return [f"{each['id']}: {each['nodes'][0]['html'][:120]}" for each in found if each["impact"] in GRAVE]
 
 
-def barriers(view: Any) -> list[str]:
+def barriers_of(view: Any) -> list[str]:
     """At a desk by day and on a telephone at night, where a page that is wider than the telephone is one, too."""
     found = []
     for scheme, width in (("dark", PHONE), ("light", WIDTH)):
@@ -119,6 +119,12 @@ def barriers(view: Any) -> list[str]:
         if view.evaluate("document.documentElement.scrollWidth") > width:
             found.append(f"wider than {width} px")
     return found
+
+
+# axe takes seconds a page: the journey is one of the gate, the search for barriers on its way one of the night.
+AT_NIGHT = pytest.mark.parametrize(
+    "barriers", [lambda view: [], pytest.param(barriers_of, marks=pytest.mark.slow)], ids=["journey", "barriers"]
+)
 
 
 @pytest.mark.parametrize("files", [["drive.asc"], [f"{name}.parquet" for name in DRIVES]], ids=["asc", "three"])
@@ -138,7 +144,10 @@ def test_a_log_with_names_of_its_own_becomes_a_pdf(opened: Any, logs: Path, file
     assert saved(opened).startswith(b"%PDF")
 
 
-def test_before_and_after_become_a_certificate_without_barriers(opened: Any, logs: Path) -> None:
+@AT_NIGHT
+def test_before_and_after_become_a_certificate_without_barriers(
+    opened: Any, logs: Path, barriers: Callable[[Any], list[str]]
+) -> None:
     keep_truck(opened, "M-AB 12")
     for name in DRIVES[:2]:
         drop(opened, logs / f"{name}.parquet")
@@ -168,7 +177,10 @@ def test_before_and_after_become_a_certificate_without_barriers(opened: Any, log
     opened.wait_for_selector("#drives:empty", state="attached")
 
 
-def test_a_failure_says_what_to_do_and_has_a_way_back(opened: Any, logs: Path, tmp_path: Path) -> None:
+@AT_NIGHT
+def test_a_failure_says_what_to_do_and_has_a_way_back(
+    opened: Any, tmp_path: Path, barriers: Callable[[Any], list[str]]
+) -> None:
     (tmp_path / "empty.csv").write_text("time_s,speed\n1,2\n", encoding="utf-8")
     opened.select_option("#truck", EXAMPLE)
     drop(opened, tmp_path / "empty.csv")
@@ -213,6 +225,7 @@ def test_an_unknown_truck_is_answered_by_the_keyboard_alone(opened: Any, logs: P
     assert re.search(rb"offset,-?\d", Path(table.value.path()).read_bytes())
 
 
+@pytest.mark.slow
 def test_the_pages_of_a_fleet_and_of_a_bus_have_no_barriers(browser: Any, logs: Path, tmp_path: Path) -> None:
     offset = {"offset_deg": 2.2, "offset_sd_deg": 0.3, "offset_low_deg": 1.9, "offset_high_deg": 2.5}
     row = offset | {"p_value": 0.04, "q_value": 0.2, "second_line": None, "would_decide": "another drive"}
@@ -223,12 +236,12 @@ def test_the_pages_of_a_fleet_and_of_a_bus_have_no_barriers(browser: Any, logs: 
     write_page(tmp_path / "index.html", Contents(trucks, [], 5, {"no_speed": 3}, PageData(len(trucks))))
     with browser.new_page() as fleet:
         fleet.goto((tmp_path / "index.html").as_uri())
-        assert barriers(fleet) == []
+        assert barriers_of(fleet) == []
     session = session_of(logs / "drive.asc", 1.0)
     with LivePage(session, PARAMS, "127.0.0.1", 0, print) as live, browser.new_page() as view:
         view.goto(live.url)
         session.start()
         view.wait_for_selector("#truck:not(:empty)")
-        assert barriers(view) == []
+        assert barriers_of(view) == []
         session.stop()
         session.join()

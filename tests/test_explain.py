@@ -27,6 +27,11 @@ FINDING_HEAD = re.compile(r"Severity: (\w+)(?: or (\w+))?\. Value: (none|.+)\.")
 ERROR_HEAD = re.compile(r"Error\. Exit code: \d+(?: or \d+)?\.")
 
 
+@cache
+def parsed(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
 def calls(tree: ast.Module, *names: str) -> Iterator[ast.Call]:
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and getattr(node.func, "id", getattr(node.func, "attr", "")) in names:
@@ -44,7 +49,7 @@ def findings_in_source() -> dict[str, tuple[set[str], set[str]]]:
     """The severities and the units of the functions that are registered for each code."""
     found: dict[str, tuple[set[str], set[str]]] = {}
     for path in SOURCES:
-        for function in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        for function in ast.walk(parsed(path)):
             for mark in calls(ast.Module(getattr(function, "decorator_list", []), []), "finding"):
                 code, _, *unit = (ast.literal_eval(each) for each in mark.args)
                 severities, units = found.setdefault(code, (set(), set()))
@@ -70,7 +75,7 @@ def errors_in_source() -> set[str]:
     """All `code=` of exceptions, and the codes that are made elsewhere."""
     found = {*READER_DEATHS, NEVER_STARTED, *(f"image_{fault}" for fault in monitor._REFUSALS)}
     for path in SOURCES:
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        tree = parsed(path)
         bound = constants(tree)
         for call in (node for node in ast.walk(tree) if isinstance(node, ast.Call)):
             for given in (keyword.value for keyword in call.keywords if keyword.arg == "code"):

@@ -523,7 +523,7 @@ def never_standing(name: str, seed: int, seconds: float) -> Signals:
     return replace(drive, table=rolling.drop(wheels).with_columns(clock), sources=sources)
 
 
-@pytest.mark.parametrize("seed", [3, 4])
+@pytest.mark.parametrize("seed", [3, pytest.param(4, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("name", "seconds"), [("motorway", 600.0), ("country", 300.0), ("town", 1800.0)])
 def test_a_drive_without_standing_names_gyro_and_requests_a_standstill(name: str, seconds: float, seed: int) -> None:
     drive = never_standing(name, seed, seconds)
@@ -605,40 +605,45 @@ def test_a_wrong_wheelbase_in_the_vehicle_file_is_named_and_costs_no_offset(wron
 
 FAR_OFF = [(key, wrong) for key in ("wheelbase_m", "steering_ratio") for wrong in (1.5, 0.65)]
 TOO_FAR = [(key, wrong) for key in ("wheelbase_m", "steering_ratio") for wrong in (1.9, 0.5, 3.0)]
+OF_WRONG_FILES = [  # the others run at night
+    ("country", 3),
+    *(pytest.param(name, 1, marks=pytest.mark.slow) for name in ("thesis_drive", "semitrailer_half")),
+]
 
 
+@pytest.mark.parametrize(("name", "seed"), OF_WRONG_FILES)
 @pytest.mark.parametrize(("key", "wrong"), FAR_OFF)
-def test_a_wrong_vehicle_file_is_the_first_finding_and_no_sensor_is_blamed(key: str, wrong: float) -> None:
+def test_a_wrong_vehicle_file_is_the_first_finding_and_no_sensor_is_blamed(
+    key: str, wrong: float, name: str, seed: int
+) -> None:
     """The drive identifies ratio times wheelbase, and the offset is that of the right file."""
-    for name, seed in (("country", 3), ("thesis_drive", 1), ("semitrailer_half", 1)):
-        drive, truth = oc.simulate(name, seed=seed)
-        answer = oc.offset(drive, TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)}))
-        first = answer.findings[0]
-        assert (first.code, first.severity) == ("wheelbase_or_ratio", "warning")
-        pair = re.search(r"steering ratio \(the file has (\S+), (\S+) fits\)", first.text)
-        given, fits = float(pair[1]), float(pair[2])
-        wrong_file = TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)})
-        assert given == pytest.approx(wrong_file.steering_ratio, abs=0.05)
-        assert fits * wrong_file.wheelbase_m == pytest.approx(
-            TRUCK.steering_ratio * truth.equivalent_wheelbase_m, rel=0.06
-        )
-        assert answer.changes == () and answer.sensor_fault == "none"
-        assert not {"offset_changed", "straight_ahead_moved", "bends_changed"} & set(by_code(answer))
-        assert answer.offset.status == "valid"
-        assert answer.offset.value == pytest.approx(truth.offset_rad, abs=0.3 * DEGREE)
+    drive, truth = oc.simulate(name, seed=seed)
+    answer = oc.offset(drive, TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)}))
+    first = answer.findings[0]
+    assert (first.code, first.severity) == ("wheelbase_or_ratio", "warning")
+    pair = re.search(r"steering ratio \(the file has (\S+), (\S+) fits\)", first.text)
+    given, fits = float(pair[1]), float(pair[2])
+    wrong_file = TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)})
+    assert given == pytest.approx(wrong_file.steering_ratio, abs=0.05)
+    assert fits * wrong_file.wheelbase_m == pytest.approx(TRUCK.steering_ratio * truth.equivalent_wheelbase_m, rel=0.06)
+    assert answer.changes == () and answer.sensor_fault == "none"
+    assert not {"offset_changed", "straight_ahead_moved", "bends_changed"} & set(by_code(answer))
+    assert answer.offset.status == "valid"
+    assert answer.offset.value == pytest.approx(truth.offset_rad, abs=0.3 * DEGREE)
 
 
+@pytest.mark.parametrize(("name", "seed"), OF_WRONG_FILES)
 @pytest.mark.parametrize(("key", "wrong"), TOO_FAR)
-def test_a_vehicle_file_so_wrong_that_the_angle_may_be_doubled_gives_no_offset(key: str, wrong: float) -> None:
+def test_a_vehicle_file_so_wrong_that_the_angle_may_be_doubled_gives_no_offset(
+    key: str, wrong: float, name: str, seed: int
+) -> None:
     """A doubled angle has a doubled offset and gives the same data."""
-    for name, seed in (("country", 3), ("thesis_drive", 1), ("semitrailer_half", 1)):
-        drive, _ = oc.simulate(name, seed=seed)
-        answer = oc.offset(drive, TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)}))
-        first = answer.findings[0]
-        assert (first.code, first.severity) == ("scale", "error")
-        assert "wheelbase and the steering ratio of the vehicle file" in first.text
-        assert (answer.offset.value, answer.offset.status, answer.sensor_fault) == (None, "invalid", "none")
-        assert answer.changes == ()
+    answer = oc.offset(simulated(name, seed), TRUCK.model_copy(update={key: wrong * getattr(TRUCK, key)}))
+    first = answer.findings[0]
+    assert (first.code, first.severity) == ("scale", "error")
+    assert "wheelbase and the steering ratio of the vehicle file" in first.text
+    assert (answer.offset.value, answer.offset.status, answer.sensor_fault) == (None, "invalid", "none")
+    assert answer.changes == ()
 
 
 @pytest.mark.parametrize("wrong", [0.85, 1.15])

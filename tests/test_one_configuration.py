@@ -20,8 +20,8 @@ from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import core_of
 
-# Play with torque, a gyro that drifts, a step, whole turns, a correction, a failure; the others run at night.
-KINDS = {"drifting_gyro", "relative_angle", "remounted_sensor", "self_correction", "sensor_failure", "worn_truck"}
+# A step, whole turns, a correction; the others run at night.
+KINDS = {"relative_angle", "remounted_sensor", "self_correction"}
 # All but another truck, whose vehicle file only the desk fits.
 NAMES = [
     pytest.param(file.stem, marks=() if file.stem in KINDS else pytest.mark.slow)

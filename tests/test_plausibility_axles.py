@@ -53,7 +53,7 @@ def left_out(signals: Signals) -> set[str]:
     return set(signals.sources) - set(kept.sources)
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", ["country", "town"])
 def test_a_locked_axle_and_an_early_one_give_the_answer_without_wheel_speeds(name: str, seed: int) -> None:
     healthy = simulated(name, seed)
@@ -66,6 +66,7 @@ def test_a_locked_axle_and_an_early_one_give_the_answer_without_wheel_speeds(nam
     assert "left and right rear wheel speeds are nearly the same in bends (0 % of the expected difference)" in rear.text
 
 
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("fault", "gone", "says"),
     [
@@ -87,15 +88,15 @@ def test_a_locked_axle_and_an_early_one_give_the_answer_without_wheel_speeds(nam
     ids=["rear locked", "front locked", "rear swapped", "front swapped", "large", "km/h", "rpm", "m/s", "late", "gyro"],
 )
 def test_wheel_speeds_that_contradict_the_yaw_rate_are_named_and_not_used(
-    fault: Fault, gone: tuple[str, ...], says: str
+    fault: Fault, gone: tuple[str, ...], says: str, seed: int
 ) -> None:
-    for seed in (1, 2):
-        faulty = fault(simulated("country", seed))
-        assert left_out(faulty) == set(gone)
-        for findings in (check(faulty, TRUCK).findings, oc.offset(faulty, TRUCK).findings):
-            (named,) = of_axles(findings)
-            assert says in named.text
-        assert not [finding for finding in check(faulty, TRUCK).findings if finding.severity == "error"]
+    faulty = fault(simulated("country", seed))
+    assert left_out(faulty) == set(gone)
+    checked = check(faulty, TRUCK).findings
+    for findings in (checked, oc.offset(faulty, TRUCK).findings):
+        (named,) = of_axles(findings)
+        assert says in named.text
+    assert not [finding for finding in checked if finding.severity == "error"]
 
 
 def test_a_locked_axle_on_a_motorway_costs_no_usable_time() -> None:
@@ -103,7 +104,13 @@ def test_a_locked_axle_on_a_motorway_costs_no_usable_time() -> None:
     assert answer.offset.status == "valid" and answer.used_s > 3000.0
 
 
-@pytest.mark.parametrize("name", ["country", "town", "motorway", "straight_runs", "semitrailer_full", "lift_axle"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("country", "town", "lift_axle"),
+        *(pytest.param(name, marks=pytest.mark.slow) for name in ("motorway", "straight_runs", "semitrailer_full")),
+    ],
+)
 def test_an_axle_that_fits_is_never_left_out(name: str) -> None:
     """Nor under load transfer (test_simulate_multibody.py: 1.7), in EBC2's steps, with tyres worn unlike, or late."""
     healthy = simulated(name, 2)

@@ -83,7 +83,7 @@ def test_a_scenario_s_name_and_purpose_are_its_own(name: str) -> None:
     assert given.about not in others
 
 
-@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("seed", [2, pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", DRIVEN)
 def test_a_scenario_keeps_lane_speed_and_banks(name: str, seed: int) -> None:
     of = read_scenario(name)

@@ -32,14 +32,20 @@ def vehicle(**known: Any) -> Vehicle:
 
 
 @cache
+def drive_of(day: int) -> Signals:
+    signals, _ = oc.simulate("thesis_drive", seed=day + 1)
+    table = signals.table.head(90_000).with_columns(pl.col("time_s") + day * DAY_S)
+    return replace(signals, table=table, log=f"day{day}.parquet")
+
+
 def days(count: int) -> tuple[Signals, ...]:
     """A drive a day of one truck that nobody touched."""
-    drives = []
-    for day in range(count):
-        signals, _ = oc.simulate("thesis_drive", seed=day + 1)
-        table = signals.table.head(90_000).with_columns(pl.col("time_s") + day * DAY_S)
-        drives.append(replace(signals, table=table, log=f"day{day}.parquet"))
-    return tuple(drives)
+    return tuple(drive_of(day) for day in range(count))
+
+
+@cache
+def answer_of_nine() -> oc.Answer:
+    return oc.offset(list(days(9)), vehicle())
 
 
 def moved(drives: tuple[Signals, ...], at: int, by_deg: float) -> list[Signals]:
@@ -71,7 +77,7 @@ def test_a_step_is_found_wherever_it_is_between_nine_logs() -> None:
 
 
 def test_nine_logs_of_a_truck_that_nobody_touched_have_no_step() -> None:
-    answer = oc.offset(list(days(9)), vehicle())
+    answer = answer_of_nine()
     assert answer.changes == () and len(answer.drives) == 9
     assert answer.offset.ci95 is not None
     low, high = answer.offset.ci95
@@ -115,11 +121,11 @@ def test_several_logs_have_no_wider_interval_than_the_best_of_them() -> None:
         return 0.5 * (answer.offset.ci95[1] - answer.offset.ci95[0])
 
     alone = [half_width(oc.offset(drive, vehicle())) for drive in days(9)]
-    assert half_width(oc.offset(list(days(9)), vehicle())) < 1.05 * min(alone)
+    assert half_width(answer_of_nine()) < 1.05 * min(alone)
 
 
 def test_for_logs_at_one_load_another_load_is_recommended() -> None:
-    answer = oc.offset(list(days(9)), vehicle())
+    answer = answer_of_nine()
     assert "another_load_would_help" in {finding.code for finding in answer.findings}
     assert "from these logs" in answer.words()
 
@@ -144,7 +150,7 @@ def test_a_wrong_log_before_the_last_one_is_no_new_offset() -> None:
 def test_a_configured_pull_narrows_several_logs_and_is_subtracted_once() -> None:
     """The scenario's truck does not pull: a configured pull of 0.05 shifts the offset by i K 0.05."""
     answer = oc.offset(list(days(9)), vehicle(pull_m_s2=0.0, pull_sd_m_s2=0.01))
-    without = oc.offset(list(days(9)), vehicle())
+    without = answer_of_nine()
     wrong = oc.offset(list(days(9)), vehicle(pull_m_s2=0.05, pull_sd_m_s2=0.001))
     assert answer.offset.ci95 is not None and without.offset.ci95 is not None
     assert answer.offset.ci95[1] - answer.offset.ci95[0] < 0.7 * (without.offset.ci95[1] - without.offset.ci95[0])

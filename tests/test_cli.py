@@ -474,10 +474,10 @@ def test_an_output_that_cannot_be_written_is_not_an_internal_error(words: str, d
 @pytest.mark.parametrize(
     ("words", "answer"),
     [
-        ("offset --report full.html", "understeer gradient"),
+        pytest.param("offset --report full.html", "understeer gradient", marks=pytest.mark.slow),
         ("angle --output full.csv", "of the drive, half of it within"),
         ("angle --output full.parquet", "of the drive, half of it within"),
-        ("angle --report full.html", "of the drive, half of it within"),
+        pytest.param("angle --report full.html", "of the drive, half of it within", marks=pytest.mark.slow),
     ],
 )
 def test_an_answer_is_printed_even_if_its_file_cannot_be_written(

@@ -23,6 +23,7 @@ from drive_frames import truth
 from planted_faults import drive
 from rosbags.rosbag2 import StoragePlugin
 
+import oncenter as oc
 from oncenter.cli import run
 from oncenter.errors import OncenterError
 from oncenter.files.log_formats import SUFFIXES
@@ -94,7 +95,7 @@ def test_a_saved_drive_is_read_back_unchanged(name: str, tmp_path: Path) -> None
 
 @pytest.fixture(scope="module")
 def answers(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict[str, object]]:
-    """The answer of `oncenter offset --json` for a saved drive of five minutes."""
+    """The answer as JSON for a saved drive of five minutes."""
     folder = tmp_path_factory.mktemp("drives")
     table = drive().table.select("time_s", *COLUMNS)
 
@@ -108,13 +109,8 @@ def answers(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], dict[st
             for signal, entry in names_of(log).items()
         )
         truck.write_text(VEHICLE + ("" if name.endswith(".csv") else "[signals]\n" + "\n".join(entries)))
-        ended = subprocess.run(
-            [sys.executable, "-m", "oncenter", "offset", log, "--vehicle", truck, "--json"],
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        given: dict[str, object] = json.loads(ended.stdout)
+        file = vehicle(truck)
+        given: dict[str, object] = json.loads(oc.offset(read(log, names=file.signal_names), file).to_json())
         return given
 
     return answer

@@ -146,10 +146,11 @@ build/sanitize/lib: .venv/dev $(wildcard src/oncenter/*.py src/oncenter/*/*.py s
 	@touch $@
 
 sanitize-core: SANITIZED = $(CORE_TESTS)
+sanitize-core: AT_NIGHT = and not long
 sanitize sanitize-core: build/sanitize/lib
 	LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libstdc++.so.6)" \
 	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \
-	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow and not browser" $(SANITIZED)
+	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow and not browser $(AT_NIGHT)" $(SANITIZED)
 
 slow: .venv/dev
 	$(SLOW) $(addprefix --ignore=,$(DAMAGED) $(BENCHES) $(PAGES))

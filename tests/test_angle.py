@@ -262,6 +262,7 @@ def test_a_drive_without_any_sensor_has_the_ackermann_angle(drive: tuple[Signals
     assert np.median(sd) > 2.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("scenario", ["country", "pulling_truck", "friction_play", "worn_truck"])
 @pytest.mark.parametrize("hears", [True, False])
 def test_the_ackermann_angles_interval_includes_understeer_and_play(

@@ -259,6 +259,7 @@ def test_the_start_of_a_hypothesis_is_the_prior_mean_of_its_play(began_deg: floa
 # Corrections
 
 
+@pytest.mark.long
 def test_a_late_yaw_rate_bias_is_as_good_as_an_early_one() -> None:
     """One drive's yaw rates were corrected by 0.1 deg/s too little: iL/v times that is 0.4 deg of offset."""
     bias = 0.1 * DEGREE

@@ -32,6 +32,7 @@ from oncenter.signals import DEGREE
 # Accuracy
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("steering", "within_deg"),
     [(CREEPING, 0.2), (RUBBING, 0.5), ("", 0.2)],
@@ -49,6 +50,7 @@ def test_offset_play_and_gradient_are_estimated_together(steering: str, within_d
         assert (status(found["offset"]) == "valid") == (steering != RUBBING)
 
 
+@pytest.mark.long
 def test_the_intervals_of_play_and_neutral_acceleration_hold_the_truth() -> None:
     """Without the lag of the yaw rate the play was 0.25 deg too large, with an sd of 0.1 deg."""
     play, unloading, wider = [], [], []
@@ -96,6 +98,7 @@ def test_a_few_seconds_on_the_other_flank_do_not_exclude_play() -> None:
     assert sds[8.0, 1.0] > sds[8.0, 15.0]
 
 
+@pytest.mark.long
 def test_side_slip_in_short_bends_does_not_reduce_the_gradient() -> None:
     """With a smoothed bank that lags by a second the gradient was 2 to 5 % too small."""
     shares = []
@@ -360,6 +363,7 @@ def test_a_jump_of_the_gyro_bias_does_not_change_the_evidence() -> None:
     assert core.answer()["changes"] == 0
 
 
+@pytest.mark.long
 def test_after_a_day_of_driving_all_numbers_are_finite_and_the_answer_is_unchanged() -> None:
     columns, truth = driven(CREEPING, 1)
     core = core_for(truth)

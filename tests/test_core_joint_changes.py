@@ -57,6 +57,7 @@ def is_remount(change: Any, before: float, step: float) -> bool:
     )
 
 
+@pytest.mark.long
 def test_without_a_change_none_is_detected() -> None:
     for seed in range(1, 21):
         assert answer_of(*driven(CREEPING if seed % 2 else "", seed))["changes"] == 0, f"seed {seed}"

@@ -51,6 +51,7 @@ def test_one_batch_has_the_unknown_variance() -> None:
     assert lib.oc_offset_value(ffi.new("oc_offset *"), 0.0) == 0.0
 
 
+@pytest.mark.long
 def test_batches_include_the_correlation_that_43_ignores() -> None:
     """Residuals constant for 2 s at 100 Hz: the scatter of such drives' means is that of batches, not that of (43)."""
     rng = np.random.default_rng(4)

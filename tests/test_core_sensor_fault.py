@@ -231,6 +231,7 @@ def test_the_steady_time_of_a_fault_does_not_count_for_the_next_one() -> None:
     assert "drifting" in names[40_000:] and "remounted" not in names
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("before", ["stuck", "drifting", "wrong_sign"])
 def test_a_replaced_sensor_is_remounted(before: str) -> None:
     true = np.tile(weaving(), 3)

@@ -155,6 +155,7 @@ def errors_of(tables: str, shaken: str = "", rms: float = 0.0, every: int = 1) -
     return float(gradient), float(wheelbase)
 
 
+@pytest.mark.long
 def test_accelerometer_noise_does_not_bias_the_gradient() -> None:
     gradient, wheelbase = errors_of(TIGHT + NOISY_ACCELEROMETER)
     assert abs(gradient) < 0.02  # of 0.4; -0.05 where noise is attributed to lateral force

@@ -50,6 +50,7 @@ def test_left_and_right_are_the_same_bits() -> None:
         assert lib.oc_tan(-x) == -lib.oc_tan(x)
 
 
+@pytest.mark.long
 def test_the_core_calls_only_functions_with_the_same_bits_on_all_machines(tmp_path: Path) -> None:
     """No heap, no I/O, no clock, and of libm only functions that IEEE 754 defines to the last bit."""
     compiler = shutil.which("cc")

@@ -77,6 +77,7 @@ def test_without_evidence_there_is_no_gradient() -> None:
     assert lib.oc_understeer_variance(one_batch, 0.1, 0.0) >= 1.0
 
 
+@pytest.mark.long
 def test_the_variance_is_that_of_many_drives() -> None:
     drives = [gathered(bends(seed)) for seed in range(300)]
     found = [lib.oc_understeer_value(d, OFFSET) for d in drives]

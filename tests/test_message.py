@@ -4,7 +4,8 @@ import math
 import shutil
 import subprocess
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
@@ -249,6 +250,7 @@ def test_an_unobservable_offset_is_not_subtracted(truck: Vehicle, columns: dict[
     assert decoded.angle_rad == decoded.measured_rad == pytest.approx(tick.steering_wheel_angle_rad, abs=1e-3)
 
 
+@pytest.mark.long
 def test_a_gateway_that_passes_the_corrected_angle_on_makes_the_next_monitor_find_none(
     truck: Vehicle, learned: bytes, columns: dict[str, Array]
 ) -> None:
@@ -399,7 +401,7 @@ def test_a_j1939_stack_reads_the_result_and_the_trouble_code_from_the_bus(
 
 
 @pytest.fixture(scope="module")
-def compiled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def compiled(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
     """The example and an ECU around it, as usual and with enums as short as can be, as ARM has them."""
     folder = tmp_path_factory.mktemp("ecu")
     compiler = shutil.which("gcc") or shutil.which("cc")
@@ -407,10 +409,15 @@ def compiled(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     sources = [ROOT / "examples" / "integration.c", ROOT / "tests" / "ecu.c", *sorted(ROOT.glob("core/*/*.c"))]
     options = "-std=c99 -ffp-contract=off -Wall -Wextra -Wconversion -Werror".split()
     options += [f"-I{folder}" for folder in ROOT.glob("core/*/")]
-    for name, further in (("usual", []), ("short", ["-fshort-enums"])):
+
+    @cache
+    def program(name: str) -> Path:
+        further = {"usual": [], "short": ["-fshort-enums"]}[name]
         command = [compiler, *options, *further, *map(str, sources), "-o", str(folder / name), "-lm"]
         subprocess.run(command, check=True)
-    return {name: folder / name for name in ("usual", "short")}
+        return folder / name
+
+    return program
 
 
 def ignition(program: Path, columns: dict[str, Array], slots: Path) -> list[tuple[int, bytes]]:
@@ -424,23 +431,24 @@ def ignition(program: Path, columns: dict[str, Array], slots: Path) -> list[tupl
 
 @pytest.mark.slow
 def test_two_compilers_that_lay_structs_out_differently_write_the_same_image(
-    compiled: dict[str, Path], tmp_path: Path, columns: dict[str, Array]
+    compiled: Callable[[str], Path], tmp_path: Path, columns: dict[str, Array]
 ) -> None:
-    usual, short = (ignition(compiled[name], columns, tmp_path / name) for name in ("usual", "short"))
+    usual, short = (ignition(compiled(name), columns, tmp_path / name) for name in ("usual", "short"))
     assert usual == short
-    assert ignition(compiled["usual"], columns, tmp_path / "usual") == (
-        ignition(compiled["short"], columns, tmp_path / "short")
+    assert ignition(compiled("usual"), columns, tmp_path / "usual") == (
+        ignition(compiled("short"), columns, tmp_path / "short")
     )
     for slot in ("slot_0", "slot_1"):
         assert (tmp_path / "usual" / slot).read_bytes() == (tmp_path / "short" / slot).read_bytes()
-    again = ignition(compiled["short"], columns, tmp_path / "usual")  # from the other's image
-    assert again == ignition(compiled["usual"], columns, tmp_path / "short") != usual
+    again = ignition(compiled("short"), columns, tmp_path / "usual")  # from the other's image
+    assert again == ignition(compiled("usual"), columns, tmp_path / "short") != usual
 
 
+@pytest.mark.long
 def test_the_integration_example_runs_and_keeps_its_estimates_overnight(
-    compiled: dict[str, Path], tmp_path: Path, columns: dict[str, Array]
+    compiled: Callable[[str], Path], tmp_path: Path, columns: dict[str, Array]
 ) -> None:
-    first, second = (ignition(compiled["usual"], columns, tmp_path) for _ in range(2))
+    first, second = (ignition(compiled("usual"), columns, tmp_path) for _ in range(2))
     for frames in (first, second):
         assert sum(pgn == PGN for pgn, _ in frames) == 2_000
         assert sum(pgn == PARTS_PGN for pgn, _ in frames) == 2_000

@@ -332,6 +332,11 @@ def test_what_is_chosen_is_kept_and_answered_by_its_database_alone(page: Page, o
     answer = page.answer(*own_network["logs"], group="yours", name=kept["name"])
     low, high = answer["said"]["offset"]["ci95"]
     assert low < 2.04 < high
+    facts = page.said("GET", f"/trucks/{quote(kept['name'])}")["facts"]
+    assert facts[-1] == "Corrected the reversed sign of: steering wheel angle"
+    _, report = page.ask("GET", f"/answers/{answer['key']}/report")
+    assert b"corrected the reversed sign of steering wheel angle" in report
+    assert str(page.trucks).encode() not in report and b"own%20network" not in report
 
 
 def test_a_flipped_sign_is_said_at_its_row_and_mended_in_a_truck_that_is_kept(
@@ -426,7 +431,9 @@ def test_two_drives_are_compared_and_have_a_certificate(page: Page, log: Path) -
 def test_a_drive_of_an_own_truck_is_there_next_time_until_it_is_forgotten(page: Page, log: Path) -> None:
     name = page.said("POST", "/trucks", FORM | {"name": "my/truck"})["name"]
     truck = f"/trucks/{quote(name)}"
-    assert page.said("GET", truck) == {"drives": [], "common": None}
+    fresh = page.said("GET", truck)
+    assert fresh["drives"] == [] and fresh["common"] is None
+    assert fresh["facts"][::2] == ["Wheelbase: 3.7 m", "Axles: 4x2"]
     answer = page.answer(page.drop(log), group="yours", name=name)
     (kept,) = page.said("GET", truck)["drives"]
     assert kept["log"].endswith(log.name) and kept["verdict"] == answer["said"]["verdicts"][0]

@@ -152,6 +152,8 @@ def test_before_and_after_become_a_certificate_without_barriers(
     for name in DRIVES[:2]:
         drop(opened, logs / f"{name}.parquet")
         answer(opened)
+        assert opened.text_content("#answer .verdict small") == f"M-AB 12 · {name}.parquet"
+        assert opened.locator("#answer select").count() == (name == DRIVES[1])  # no drive before the first one
         opened.wait_for_selector(f"#drives >> text={name}")
         if name == DRIVES[0]:
             opened.click("text=Another log")
@@ -166,7 +168,10 @@ def test_before_and_after_become_a_certificate_without_barriers(
     assert barriers(report.value) == []
     opened.click("button:has-text('Before and after')")
     opened.wait_for_selector("text=Open the certificate")
-    assert saved(opened).startswith(b"%PDF")
+    assert opened.is_visible("text=Open the report")
+    with opened.expect_download() as download:
+        opened.click("#answer [aria-live] >> text=Save as PDF")
+    assert Path(download.value.path()).read_bytes().startswith(b"%PDF")
     with opened.context.expect_page() as certificate:
         opened.click("text=Open the certificate")
     certificate.value.wait_for_selector("text=signature")
@@ -175,6 +180,7 @@ def test_before_and_after_become_a_certificate_without_barriers(
     opened.wait_for_selector("#drives li >> nth=1", state="detached")
     opened.click("text=Forget this truck")
     opened.wait_for_selector("#drives:empty", state="attached")
+    assert opened.text_content("#answer") == ""  # it was of the truck that is gone
 
 
 @AT_NIGHT
@@ -182,15 +188,23 @@ def test_a_failure_says_what_to_do_and_has_a_way_back(
     opened: Any, tmp_path: Path, barriers: Callable[[Any], list[str]]
 ) -> None:
     (tmp_path / "empty.csv").write_text("time_s,speed\n1,2\n", encoding="utf-8")
+    (tmp_path / "network.dbc").write_text("VERSION", encoding="utf-8")
     opened.select_option("#truck", EXAMPLE)
     drop(opened, tmp_path / "empty.csv")
     opened.click("#begin")
     opened.wait_for_selector("text=empty.csv")
     opened.click("#answer summary")
-    opened.wait_for_selector(".explained p:has-text('What to do')")
+    opened.wait_for_selector(".explained p:has-text('What it means')")
     assert barriers(opened) == []
+    assert not re.search(r"--\w|\[signals\]", opened.text_content("#answer .wrong"))
+    opened.click("summary:has-text('Limit and correction')")
+    opened.fill("#applied", "2")
+    opened.set_input_files("#files", tmp_path / "network.dbc")
+    opened.wait_for_selector("text=network.dbc: this describes a network")
+    assert opened.evaluate("document.getElementById('databases').files[0].name") == "network.dbc"
     opened.click("text=Start again")
-    assert opened.evaluate("document.activeElement.id") == "truck"
+    assert opened.evaluate("document.activeElement.id") == "files"
+    assert opened.input_value("#applied") == "" and opened.input_value("#databases") == ""
     assert opened.locator("#logs li").count() == 0 and opened.text_content("#answer") == ""
 
 
@@ -204,13 +218,13 @@ def test_an_unknown_truck_is_answered_by_the_keyboard_alone(opened: Any, logs: P
             keys.press("Tab")
         raise AssertionError(f"no way to {selector} by Tab")
 
-    tab_to("#truck")
-    keys.type("I don")
     tab_to("#files")
     with opened.expect_file_chooser() as chooser:
         keys.press("Space")
     chooser.value.set_files(logs / "drive.asc")
     opened.wait_for_selector("text=ready")
+    tab_to("#truck")
+    keys.type("I don")
     tab_to("#begin")
     keys.press("Enter")
     opened.wait_for_selector("#answer .verdict")

@@ -118,7 +118,7 @@ def test_a_reader_meets_verdict_and_action_before_anything_else(answer: Answer, 
     header = text[text.index("<header") : text.index("</header>")]
     assert text.index("<header") == text.index("<main>") + len("<main>\n")
     assert '<span class="state undecided"><i aria-hidden="true">?</i> Undecided</span>' in header
-    assert "<h1>Straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg), which is inside the interval.</h1>" in header
+    assert "<h1>Straight-ahead offset +2.0 deg ± 0.1 is too close to the limit of 2 deg to decide.</h1>" in header
     assert '<p class="action">Log another drive, and give both logs to oncenter together.</p>' in header
     for finding in answer.findings:
         assert finding.text[1:].replace("+-", "±") in Parsed(text).visible
@@ -163,6 +163,7 @@ def test_the_page_says_which_truck_when_where_and_how_far(answer: Answer, drive:
     rows = rows_of(page(known, outputs_of(known), origin))
     driven_km = np.nansum(there.table["vehicle_speed_m_s"].to_numpy()) / drive.rate_hz / 1000
     assert rows["VIN"] == "YS2R4X20001234567" and rows["Vehicle"] == TRUCK.name
+    assert rows["Truck data"] == ("wheelbase 3.7 m, steering ratio near the centre 19.3, axles 4x2, limit 2 deg")
     assert rows["Vehicle file"] == "scania_r730_4x2" and rows["Start"] == "2026-03-01 07:05 UTC"
     assert rows["Place"] == "58.100° N, 11.250° W to 58.200° S, 11.250° W"
     assert rows["Driven"] == f"{driven_km:.1f} km in 30 min 0 s"
@@ -175,9 +176,10 @@ def test_a_page_leaves_out_what_no_log_has(answer: Answer, text: str) -> None:
 
 def test_in_print_there_are_lines_for_what_no_log_has_and_for_a_signature(answer: Answer) -> None:
     vin = page(answer, outputs_of(answer), Origin("YS2R4X20001234567"))
-    for text, names in ((page_of(answer), ["VIN", "Plate", "Mileage", "Start"]), (vin, ["Plate", "Mileage", "Start"])):
+    left = ["Plate, if not above", "Mileage"]
+    for text, names in ((page_of(answer), ["VIN", *left, "Start"]), (vin, [*left, "Start"])):
         by_hand = text[text.index('<div class="print-only">') : text.index("</section>")]
-        assert re.findall(r'<th scope="row">(\w+)</th><td><span class="line"></span></td>', by_hand) == names
+        assert re.findall(r'<th scope="row">([\w, ]+)</th><td><span class="line"></span></td>', by_hand) == names
         assert re.findall(r'<span class="line"></span><br>([\w, ]+)', by_hand) == ["Place, date", "Name, signature"]
 
 

@@ -83,7 +83,7 @@ def test_an_offset_with_the_limit_inside_its_interval_is_undecided_and_needs_ano
     found = about_offset(with_offset(answer, 1.96))
     assert found.state == "undecided"
     assert found.headline == (
-        "Undecided: straight-ahead offset +2.0 deg ± 0.1 (limit 2 deg), which is inside the interval."
+        "Undecided: straight-ahead offset +2.0 deg ± 0.1 is too close to the limit of 2 deg to decide."
     )
     assert found.action == "Log another drive, and give both logs to oncenter together."
 

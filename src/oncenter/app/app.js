@@ -83,10 +83,12 @@ function chooseKept({group, name}, title) {
   option.selected = true;
   part("truck").dispatchEvent(new Event("change"));
   part("other").open = false;
-  part("truck").focus();
+  part("logs-wrong").textContent = ""; // of a database, which is kept now
+  part(logs.size ? "begin" : "files").focus();
 }
 
 function add(file) {
+  if (part("databases").accept.split(",").some((suffix) => file.name.toLowerCase().endsWith(suffix))) return toForm(file);
   const row = made("li"), name = made("span", file.name), state = made("span"), button = made("button", texts.cancel);
   const progress = made("progress");
   button.type = "button";
@@ -137,6 +139,15 @@ function add(file) {
   });
 }
 
+// A database that is dropped among the logs belongs to the form.
+function toForm(file) {
+  const files = new DataTransfer();
+  for (const each of [...part("databases").files, file]) files.items.add(each);
+  part("databases").files = files.files;
+  part("other").open = true;
+  part("logs-wrong").textContent = `${file.name}: ${texts.is_database}`;
+}
+
 part("files").addEventListener("change", () => {
   for (const file of part("files").files) add(file);
   part("files").value = "";
@@ -152,7 +163,10 @@ for (const kind of ["dragover", "dragleave", "drop"]) {
 const sleep = (seconds) => new Promise((done) => setTimeout(done, 1000 * seconds));
 let running = null; // key of the answer that is being made
 
-const answers = new Map(); // by key: the logs and the verdict, for a comparison
+const answers = new Map(); // by key: {truck, drive, text}, for a comparison
+// The same of one drive that is answered twice; a log that is dropped again has a number before its name.
+const driveOf = ({log, start_time: start}) => `${log.replace(/^\d+-/, "")} ${start}`;
+const truckOf = ({group, name}) => `${group} ${name}`;
 
 part("begin").addEventListener("click", () => {
   const chosen = part("truck").selectedOptions[0];
@@ -160,14 +174,17 @@ part("begin").addEventListener("click", () => {
   for (const field of ["limit", "applied"]) given[field] = part(field).value;
   given.logs = [...logs.values()].map((log) => log.key);
   const names = [...logs.keys()].map((row) => row.firstChild.textContent).join(", ");
-  begin("/answers", given, (key, said) => show(key, said, names)).then(listDrives);
+  const title = chosen.value ? chosen.textContent : "";
+  begin("/answers", given, (key, said) => show(key, said, given, `${title} · ${names}`), part("answer"), names).then(listDrives);
 });
 
-const HINTED = ["missing_signal", "not_j1939", "unit_missing"]; // errors of a network with other names
+// An answer is about the truck that is chosen: it goes with it.
+part("truck").addEventListener("change", () => {
+  if (!running) part("answer").replaceChildren();
+});
 
-// One run of a command: what it says is shown by `done`.
-async function begin(path, given, done) {
-  const shown = part("answer");
+// One run of a command: what it says is shown by `done`, in the place `shown`.
+async function begin(path, given, done, shown, about) {
   if (part("begin").ariaDisabled) return; // not disabled: that would take the focus of a keyboard away
   part("begin").ariaDisabled = "true";
   shown.replaceChildren(made("p", texts.reading), made("progress"));
@@ -181,15 +198,12 @@ async function begin(path, given, done) {
       ({state, said} = await send("GET", `/answers/${key}`));
     } while (state === "running");
     if (state === "cancelled") shown.replaceChildren(made("p", texts.cancelled));
-    else if (state === "failed") {
-      const hint = HINTED.includes(said.code) ? [made("p", texts.signals_hint)] : [];
-      shown.replaceChildren(made("h3", texts.failed), made("p", said.message, "wrong"), ...hint, explained(said.code, "error"));
-    }
+    else if (state === "failed") shown.replaceChildren(...failure(said, about));
     else shown.replaceChildren(...done(key, said));
   } catch (error) {
     shown.replaceChildren(...(atField(error) ? [] : [made("p", error.message, "wrong")]));
   }
-  shown.append(waysBack());
+  if (shown === part("answer")) shown.append(waysBack());
   running = null;
   part("begin").ariaDisabled = null;
   part("cancel").hidden = true;
@@ -205,10 +219,31 @@ const said = ({word, headline}) => {
   return rest[0].toUpperCase() + rest.slice(1);
 };
 
-function show(key, {verdicts: [first, ...others], findings}, names) {
+// What to do on this page; the words of the command, which may name its options, are in the details.
+function failure({code, message}, about) {
+  const remedy = texts[`error_${code}`];
+  const parts = [made("h3", texts.failed), made("p", remedy ? `${about}: ${remedy}` : message, "wrong")];
+  return [...parts, explained(code, "error", remedy && message)];
+}
+
+const filled = (text, ...values) => values.reduce((rest, value) => rest.replace("{}", value), text);
+
+// The side without a sign, and which of both intervals is which.
+function inPlainWords({offset: {value, status, ci95, ci95_drive: ofDrive}}, {state}) {
+  if (status !== "valid" || !ci95 || !ofDrive) return [];
+  const lines = [], between = (ends) => ends.map(signed).join(` ${texts.to} `) + " deg";
+  if (["undecided", "over"].includes(state)) lines.push(filled(texts.straight, Math.abs(value).toFixed(1), texts[value > 0 ? "to_left" : "to_right"]));
+  lines.push(filled(texts.sure, between(ofDrive), between(ci95)));
+  if (state === "undecided") lines.push(texts.near_limit);
+  return lines.map((line) => made("p", line, "note"));
+}
+
+function show(key, answer, truck, title) {
+  const {verdicts: [first, ...others], findings} = answer;
   const verdict = made("div", "", `verdict ${first.state}`);
-  verdict.append(made("span", `${marks[first.state]} ${first.word}`, "state"), made("h3", said(first)));
+  verdict.append(made("small", title), made("span", `${marks[first.state]} ${first.word}`, "state"), made("h3", said(first)));
   for (const [text, name] of [[first.action, "action"], [first.note, "note"]]) if (text) verdict.append(made("p", text, name));
+  verdict.append(...inPlainWords(answer, first));
   const list = made("ul", "", "others");
   for (const {about, state, word, headline, action} of others) {
     const row = made("li");
@@ -216,35 +251,34 @@ function show(key, {verdicts: [first, ...others], findings}, names) {
     list.append(row);
   }
   const shown = [verdict, list, warnings(findings), offers(texts.report, key, true)];
-  if (answers.size || former.length) shown.push(comparing(key));
-  answers.set(key, `${names}: ${first.headline}`);
+  shown.push(...comparing(key, truckOf(truck), driveOf(answer)));
+  answers.set(key, {truck: truckOf(truck), drive: driveOf(answer), text: `${answer.log}: ${first.headline}`});
   return shown;
 }
 
-// Before and after: the drive before is one of the former answers.
-function comparing(after) {
+// Before and after: the drive before is another one of this truck, of this page or of an earlier day.
+function comparing(after, truck, drive) {
   const label = made("label", texts.compare), choice = made("select"), button = made("button", texts.compared);
-  for (const [key, name] of answers) {
-    const option = made("option", name);
-    option.value = key;
-    choice.append(option);
-  }
-  for (const {drive, text} of former.filter(({text}) => ![...answers.values()].includes(text))) {
+  const before = new Map(); // by drive: the newest answer
+  for (const each of former) before.set(each.of, {text: each.text, given: {truck: part("truck").value, drive: each.drive}});
+  for (const [key, each] of answers) if (each.truck === truck) before.set(each.drive, {text: each.text, given: {before: key}});
+  before.delete(drive);
+  if (!before.size) return [];
+  for (const [each, {text}] of before) {
     const option = made("option", text);
-    [option.value, option.dataset.drive] = [drive, drive];
+    option.value = each;
     choice.append(option);
   }
   label.append(choice);
+  const shown = made("div"), parts = made("div");
+  shown.setAttribute("aria-live", "polite");
   button.addEventListener("click", () => {
-    const {drive} = choice.selectedOptions[0].dataset;
-    const before = drive ? {truck: part("truck").value, drive} : {before: choice.value};
-    begin("/comparisons", {...before, after}, (key, {headline, action}) => {
+    begin("/comparisons", {...before.get(choice.value).given, after}, (key, {headline, action}) => {
       const verdict = made("div", "", "verdict");
       verdict.append(made("h3", headline), made("p", action, "action"));
       return [verdict, offers(texts.certificate, key, false)];
-    });
+    }, shown, texts.compared);
   });
-  const parts = made("div");
-  parts.append(label, button);
-  return parts;
+  parts.append(label, button, shown);
+  return [parts];
 }

@@ -1,15 +1,16 @@
 "use strict";
 // The former drives of the truck that is chosen, and the way to forget them.
-let former = []; // {drive, text}: for a comparison
+let former = []; // {drive, of: as driveOf, text}: for a comparison
 
 const chosenTruck = () => {
   const option = part("truck").selectedOptions[0], group = option.parentElement.dataset.group;
   return {option, group: group ?? option.value, path: `/trucks/${encodeURIComponent(option.value)}`};
 };
 
+const tenths = new Intl.NumberFormat("en", {minimumFractionDigits: 1, maximumFractionDigits: 1, signDisplay: "exceptZero"});
+const signed = (value) => tenths.format(value).replace("-", "−");
 const inDegrees = (offset, interval) => {
-  const signed = new Intl.NumberFormat("en", {minimumFractionDigits: 1, maximumFractionDigits: 1, signDisplay: "exceptZero"});
-  const [value, low, high] = [offset, ...interval].map((each) => signed.format(each).replace("-", "−"));
+  const [value, low, high] = [offset, ...interval].map(signed);
   return `${value} deg (${low} to ${high})`;
 };
 const day = (start) => (start ? start.slice(0, 16).replace("T", " ") : texts.no_date);
@@ -22,9 +23,10 @@ async function listDrives() {
     return;
   }
   try {
-    const {drives, common} = await send("GET", path);
+    const {drives, common, facts} = await send("GET", path);
     if (chosenTruck().option !== option) return; // chosen on meanwhile
-    former = drives.map(({drive, log, verdict}) => ({drive, text: `${log}: ${verdict.headline}`}));
+    former = drives.map(({drive, log, start, verdict}) => ({drive, of: driveOf({log, start_time: start}), text: `${log}: ${verdict.headline}`}));
+    const about = made("p", facts.join(" · "), "facts");
     const list = made("ul", "", "drives");
     list.append(...drives.map((each) => driveRow(each, path)));
     const parts = drives.length ? [made("h3", texts.drives), list] : [made("small", texts.no_drives)];
@@ -34,7 +36,7 @@ async function listDrives() {
       together.append(mark(state, word), ` ${texts.together}, ${count} ${when}: ${inDegrees(offset, interval)}`);
       parts.push(together);
     }
-    shown.replaceChildren(...parts, forgetting(texts.forget_truck, texts.forget_truck_sure, path, () => {
+    shown.replaceChildren(about, ...parts, forgetting(texts.forget_truck, texts.forget_truck_sure, path, () => {
       option.remove();
       part("truck").value = "";
       part("truck").dispatchEvent(new Event("change"));

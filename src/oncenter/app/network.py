@@ -122,7 +122,9 @@ def network_shown(
         found, notes = proposals_for(network.databases, network.log, NEEDED, progress)
         table = {each.signal: each.entry() for each in found}
         why = {
-            each.signal: ", ".join(each for each in each.reasons if not each.startswith(_FOR_ENGINEERS))
+            each.signal: ", ".join(
+                reason.partition(" (correlation")[0] for reason in each.reasons if not reason.startswith(_FOR_ENGINEERS)
+            )
             for each in found
         }
     truck = vehicle_from({**values, "signals": table}, str(values.get("name", "")))

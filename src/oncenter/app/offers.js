@@ -46,16 +46,17 @@ function offers(text, key, hasTable) {
 }
 
 // The text of `oncenter explain`, fetched when it is opened.
-function explained(code, kind) {
+// Below an own remedy of the page: what was found, without the remedy of the command line.
+function explained(code, kind, found) {
   const details = made("details", "", "explained"), words = made("div", texts.reading);
-  details.append(made("summary", texts.explain), words);
+  details.append(made("summary", found ? texts.found : texts.explain), words);
   details.addEventListener("toggle", async () => {
     if (!details.open) return;
     try {
       const {text} = await send("GET", `/explanations/${code}`);
       const section = text.split(`${code} (`).find((each) => each.startsWith(`${kind})`)) ?? text;
-      const paragraphs = section.split("\n\n").filter((each) => /^(What|Likely)/.test(each)); // without an example
-      words.replaceChildren(...paragraphs.map((each) => made("p", each.replace(/\s+/g, " "))));
+      const paragraphs = section.split("\n\n").filter((each) => (found ? /^(What it means|Likely)/ : /^(What|Likely)/).test(each)); // without an example
+      words.replaceChildren(...[...(found ? [found] : []), ...paragraphs].map((each) => made("p", each.replace(/\s+/g, " "))));
     } catch (error) {
       words.textContent = error.message;
     }
@@ -84,8 +85,11 @@ function waysBack() {
   log.addEventListener("click", () => clear("files"));
   truck.addEventListener("click", () => {
     part("truck").value = "";
+    part("form").reset();
+    for (const id of ["limit", "applied"]) part(id).value = "";
+    for (const each of document.querySelectorAll("p.said")) each.textContent = "";
     part("truck").dispatchEvent(new Event("change"));
-    clear("truck");
+    clear("files");
   });
   row.append(log, truck);
   return row;

@@ -296,7 +296,7 @@ class _Truck(Guarded):
 
     async def get(self, name: str) -> None:
         try:
-            self.finish(await asyncio.to_thread(self._trucks.drives(name).listed))
+            self.finish(await asyncio.to_thread(self._trucks.about, name))
         except OncenterError as error:
             self.refuse(error)
 

@@ -102,7 +102,9 @@ function rowOf({signal, units, has_sign: hasSign, why}) {
   choose.type = "button";
   choose.setAttribute("aria-expanded", "false");
   sign.type = "checkbox";
+  const flipped = made("small", texts.row_flipped);
   signLabel.prepend(sign);
+  signLabel.append(flipped);
   for (const [key, words] of Object.entries(units)) {
     const option = made("option", words);
     option.value = key;
@@ -123,6 +125,7 @@ function rowOf({signal, units, has_sign: hasSign, why}) {
     signLabel.hidden = !each.name || !(hasSign || each.sign < 0);
     unit.value = each.unit;
     sign.checked = each.sign < 0;
+    flipped.hidden = !sign.checked;
     said.replaceChildren(...each.said.map(([state, text]) => made("li", `${MARKS[state]} ${text}`, `said-${state}`)));
     figure.replaceChildren(...(each.picture ? pictured(each.picture, texts[signal], each.name || each.source) : []));
   }

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 ENGLISH: Mapping[str, str] = {
     "title": "oncenter",
-    "about": "Is the steering wheel angle sensor straight? Choose the truck and drop a log of ordinary driving.",
-    "truck": "1. The truck",
+    "about": "Is the steering wheel angle sensor straight? Drop a log of ordinary driving and choose the truck.",
+    "truck": "2. The truck",
     "known_trucks": "Trucks of this computer and examples",
     "choose": "Choose a truck",
     "yours": "Your trucks",
@@ -37,16 +37,17 @@ ENGLISH: Mapping[str, str] = {
     "taken_as": "Taken as",
     "right": "the right side",
     "left": "the left side",
-    "databases": "CAN database, if the network is not J1939",
-    "databases_where": "A file .dbc, .kcd, .sym or .arxml. Drop a log of this truck below first: it decides between "
-    "signals of similar names.",
+    "databases": "Description of the truck's network, if you have one",
+    "databases_where": "A file .dbc, .kcd, .sym or .arxml of the maker, or of the person who recorded the log. A network "
+    "by the standard J1939 needs none.",
+    "next": "Next",
     "save_truck": "Keep this truck",
     "signals": "The signals of this truck",
     "signals_where": "These were found in your files. In each picture, both lines must go up and down together. In a "
     "left-hand bend, steering wheel angle, yaw rate and lateral acceleration go up.",
     "signals_part": "The pictures show a part of the drive.",
     "signals_wrong": "At least one row has a fault. With it there is no answer.",
-    "signals_without_log": "Drop a log of this truck below: then each signal has a picture, and is checked.",
+    "signals_without_log": "Drop a log of this truck above: then each signal has a picture, and is checked.",
     "signals_none": "There is nothing to choose. Drop a log of this truck first, unless its network follows J1939: "
     "then its signals need no choice.",
     "signals_searching": "Looking for the signals in your files …",
@@ -60,6 +61,7 @@ ENGLISH: Mapping[str, str] = {
     "row_name": "Name in the log",
     "row_unit": "Unit",
     "row_sign": "Flip the sign",
+    "row_flipped": "The network counts this signal to the other side. It is corrected here.",
     "row_choose": "Choose another",
     "row_search": "Search by a part of the name",
     "row_leave_out": "Leave it out",
@@ -120,8 +122,10 @@ ENGLISH: Mapping[str, str] = {
     "like_lateral": "expected from yaw rate and speed",
     "like_longitudinal": "expected from the speed",
     "like_wheel": "vehicle speed",
-    "logs": "2. The logs",
+    "logs": "1. The logs",
     "drop": "Drop logs here, or choose files",
+    "is_database": "this describes a network and is not a log. It is now in “Another truck” below: give the truck a "
+    "name there.",
     "drop_where": "One drive, or several drives of the same truck. Ordinary driving with bends to both sides, twenty "
     "minutes or more.",
     "remove": "remove",
@@ -170,8 +174,27 @@ ENGLISH: Mapping[str, str] = {
     "needs_log": "Drop a log first.",
     "waits": "Wait until all logs are copied.",
     "failed": "No answer",
-    "signals_hint": "Names of signals differ from network to network. For a truck of yours, open “Check the signals of "
-    "this truck”. Else open “Another truck”, and choose the database of its network.",
+    "straight": "When the truck drives straight ahead, its sensor reads about {} deg to the {}.",
+    "sure": "From this drive alone, the offset is {}. With a pull of the axles or a side wind, which one drive cannot "
+    "separate from it: {}.",
+    "to": "to",
+    "to_left": "left",
+    "to_right": "right",
+    "near_limit": "Which drive helps: another one of this truck, with bends to both sides. If it stays undecided, ask "
+    "the truck's maker for the limit: below it, leave the sensor as it is.",
+    "found": "What was found",
+    # Errors of an answer by their codes, where the command speaks of its options: what to do on the page.
+    **dict.fromkeys(
+        ("error_missing_signal", "error_not_j1939", "error_unit_missing", "error_unit_ambiguous", "error_unknown_unit"),
+        "a signal that is needed was not found by its name: names differ from network to network. For a truck of "
+        "yours, click “Check the signals of this truck” above. For any other, open “Another truck” above: a name is "
+        "enough, with the description of its network, if you have one.",
+    ),
+    "error_sources_disagree": "two senders of the log give different values for one signal. Open “Check the signals of "
+    "this truck” above and choose one of them, or ask the person who recorded the log.",
+    "error_time_out_of_range": "the times of this log are in another unit than they say. Name their column with its "
+    "unit, such as time_ms, and drop the log again.",
+    "error_different_trucks": "these logs are of different trucks. Use the logs of one truck alone.",
     "local": "Everything stays on this computer: no log and no answer leaves it.",
     # A request that is refused, here and on the live page.
     "opened_twice": "this address was opened before, perhaps by another user of this computer: open the page by the "

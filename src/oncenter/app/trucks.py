@@ -17,7 +17,8 @@ from oncenter.files.file_name import file_stem
 from oncenter.files.log_formats import DATABASES
 from oncenter.files.toml_file import read_toml
 from oncenter.files.whole_file import write_whole
-from oncenter.vehicle import vehicle
+from oncenter.report.truck_part import of_truck
+from oncenter.vehicle import Vehicle, vehicle
 from oncenter.vehicle_file.new import new_vehicle_file
 from oncenter.vehicle_file.shipped_files import shipped_names
 
@@ -71,6 +72,15 @@ class Trucks:
         if name not in self.names()[OWN]:
             raise OncenterError(ENGLISH["needs_truck"], code="page")
         return Drives(self._folder / "drives" / name, vehicle(self.file_of(OWN, name)))
+
+    def about(self, name: str) -> dict[str, Any]:
+        """One of the user's own trucks, with its drives.
+
+        Raises:
+            OncenterError: "page": there is no such truck.
+        """
+        drives = self.drives(name).listed()
+        return {"facts": _facts(vehicle(self.file_of(OWN, name))), **drives}
 
     def forget(self, name: str) -> None:
         """With its drives and the copies of its databases.
@@ -144,6 +154,11 @@ class Trucks:
 
     def _path(self, name: str) -> Path:
         return self._folder / f"{file_stem(name)[:60]}.toml"
+
+
+def _facts(truck: Vehicle) -> list[str]:
+    """The truck as it is kept, in the words of its report: they show a mistake in typing."""
+    return [f"{title}: {value}" for title, value in of_truck(truck).items()]
 
 
 def _layout(file: str) -> str:

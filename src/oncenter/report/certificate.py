@@ -8,6 +8,7 @@ from html import escape
 
 from oncenter.offset.compare import Comparison, Offset, State
 from oncenter.report.document import LINE, SIGNATURES, document, table, typeset
+from oncenter.report.truck_part import PLATE
 from oncenter.utc import utc
 from oncenter.verdict.states import STATES, Code
 
@@ -43,7 +44,7 @@ def certificate(comparison: Comparison, written: datetime) -> str:
 </header>
 <section>
 <h2>Truck</h2>
-{table({"Truck": escape(after.vehicle), "VIN": escape(after.vin or "") or LINE, "Plate": LINE, "Mileage": LINE})}
+{table({"Truck": escape(after.vehicle), "VIN": escape(after.vin or "") or LINE, PLATE: LINE, "Mileage": LINE})}
 </section>
 <section>
 <h2>Before and after</h2>

@@ -6,6 +6,7 @@ from datetime import datetime
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
+from urllib.parse import unquote
 
 import numpy as np
 
@@ -17,17 +18,27 @@ if TYPE_CHECKING:
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
-_BY_HAND = ("VIN", "Plate", "Mileage", "Start")
+PLATE = "Plate, if not above"  # in the name of the truck
+_BY_HAND = ("VIN", PLATE, "Mileage", "Start")
 _SPEED, _LATITUDE, _LONGITUDE = "vehicle_speed_m_s", "latitude_deg", "longitude_deg"
 
 
 def of_truck(vehicle: Vehicle) -> dict[str, str]:
-    """Wheelbase and steering ratio, as far as they are given."""
+    """The truck as its file has it, as far as it is given, and the signals whose sign is reversed there."""
     given = {
         "wheelbase_m": ("Wheelbase", f"{vehicle.wheelbase_m:g} m"),
         "steering_ratio": ("Steering ratio near the centre", f"{vehicle.ratio_near_centre:.4g}"),
     }
-    return {title: "not given" if key in vehicle.assumed else value for key, (title, value) in given.items()}
+    rows = {title: "not given" if key in vehicle.assumed else value for key, (title, value) in given.items()}
+    rows["Axles"] = vehicle.axle_layout or "not given"
+    rows |= {"Driven on": f"the {vehicle.traffic_side}"} if vehicle.traffic_side else {}
+    reversed_ = [signal.replace("_", " ") for signal, entry in vehicle.signals.items() if entry.sign == -1]
+    return rows | ({"Corrected the reversed sign of": ", ".join(reversed_)} if reversed_ else {})
+
+
+def _in_words(vehicle: Vehicle) -> str:
+    parts = [f"{title[:1].lower()}{title[1:]} {value}" for title, value in of_truck(vehicle).items()]
+    return ", ".join([*parts, f"limit {vehicle.offset_limit_deg:g} deg"])
 
 
 def truck_section(answer: Answer, origin: Origin) -> str:
@@ -35,8 +46,9 @@ def truck_section(answer: Answer, origin: Origin) -> str:
     vehicle = answer.vehicle
     rows = {
         "Vehicle": escape(vehicle.name),
+        "Truck data": escape(_in_words(vehicle)),
         "VIN": escape(origin.vin or ""),
-        "Vehicle file": escape(vehicle.origin),
+        "Vehicle file": escape(unquote(Path(vehicle.origin).name)),  # of the page, a name that may be quoted
         "Start": "" if origin.start is None else _time(origin.start),
         "Place": _place(answer.drives),
         "Driven": unbroken(f"{_distance_km(answer.drives):.1f} km in {duration(answer.duration_s)}"),

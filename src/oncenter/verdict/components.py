@@ -32,7 +32,7 @@ def angle_sensor(answer: Estimates) -> Verdict:
         return Verdict(about, "signal_or_sensor", MOVES, LOOSE)
     if answer.zero == "relative":
         return Verdict(about, "ok", "no fault found; a relative sensor.", NO_ACTION)
-    return Verdict(about, "ok", "no fault found.", NO_ACTION)
+    return Verdict(about, "ok", "it works (its offset is judged by itself).", NO_ACTION)
 
 
 def _faulty(about: About, answer: Estimates) -> Verdict:

@@ -189,7 +189,8 @@ def _decided(answer: Estimates, code: Code, limit_deg: float) -> Verdict:
     if code == "within":
         return _verdict(code, said, NO_ACTION, *notes)
     if code == "undecided":
-        return _verdict(code, f"{said[:-1]}, which is inside the interval.", _narrower(answer), *notes)
+        close = f"{_OFFSET} {found} is too close to the limit of {limit_deg:g} deg to decide."
+        return _verdict(code, close, _narrower(answer), *notes)
     if code == "over":
         return _verdict(code, said, _instead(answer, found), *notes)
     first = "Align the wheels before you recalibrate. " if align_first(answer.pull) else ""

@@ -334,6 +334,9 @@ def test_what_is_chosen_is_kept_and_answered_by_its_database_alone(page: Page, o
     assert low < 2.04 < high
     facts = page.said("GET", f"/trucks/{quote(kept['name'])}")["facts"]
     assert facts[-1] == "Corrected the reversed sign of: steering wheel angle"
+    given = {"group": "yours", "name": kept["name"], "applied": "1", "limit": "1"}  # as the truck's own tool shows it
+    applied = page.answer(*own_network["logs"], **given)["said"]
+    assert applied["offset"]["applied_deg"] == -1.0  # positive to the left
     _, report = page.ask("GET", f"/answers/{answer['key']}/report")
     assert b"corrected the reversed sign of steering wheel angle" in report
     assert str(page.trucks).encode() not in report and b"own%20network" not in report

@@ -162,19 +162,29 @@ def test_a_correction_that_is_applied_already_is_not_added_twice(answer: Answer)
 
 
 @pytest.mark.parametrize(
-    ("applied_deg", "in_own_count"),
-    [(0.0, "add +3.0 deg."), (1.5, "add +3.0 deg to -1.5 deg: set +1.5 deg.")],
+    ("applied_deg", "own", "left_positive"),
+    [
+        (0.0, "add +3.0 deg.", "-3.0 deg."),
+        (
+            -1.5,
+            "add +3.0 deg to the +1.5 deg that is applied already: set +4.5 deg.",
+            "-3.0 deg to the -1.5 deg that is applied already: set -4.5 deg.",
+        ),
+    ],
 )
-def test_a_network_that_counts_right_as_positive_gets_the_correction_in_its_own_count_too(
-    answer: Answer, applied_deg: float, in_own_count: str
+def test_a_network_that_counts_right_as_positive_gets_the_correction_in_its_own_count_first(
+    answer: Answer, applied_deg: float, own: str, left_positive: str
 ) -> None:
     entry = {"steering_wheel_angle": {"name": "EPS.Angle", "unit": "deg", "sign": -1}}
     truck = vehicle_from({"wheelbase_m": 3.7, "steering_ratio": 19.3, "signals": entry}, "t.toml")
     truck = truck.model_copy(update={"offset_applied_deg": applied_deg})
     found = about_offset(with_offset(replace(answer, vehicle=truck), 3.04))
-    assert found.action.startswith("Add -3.0 deg")
-    assert f"The network counts right as positive: in its own count, {in_own_count}" in found.note
-    assert "own count" not in about_offset(with_offset(answer, 3.04)).note
+    assert found.action == f"In the count of this truck's network, where right is positive, {own}"
+    assert f"reads 3.0 deg to the left. A tool where left is positive needs {left_positive}" in found.note
+    to_right = about_offset(with_offset(replace(answer, vehicle=truck), -3.04))
+    assert "where right is positive, add -3.0 deg" in to_right.action and "3.0 deg to the right" in to_right.note
+    not_reversed = about_offset(with_offset(answer, 3.04))
+    assert not_reversed.action.startswith("Add -3.0 deg") and "A tool" not in not_reversed.note
 
 
 def test_an_interval_beyond_the_limit_says_so_before_it_is_exact(answer: Answer) -> None:

@@ -271,8 +271,9 @@ class _Answers(Guarded):
         whole = [upload.path for upload in logs if upload is not None and upload.is_whole]
         try:
             options = self._trucks.options(str(asked.get("group")), str(asked.get("name")))
-            for field in ("limit", "applied"):
-                options += [f"--{field}={number(field, asked):g}"] if asked.get(field) else []
+            own = self._trucks.sign_of(str(asked.get("group")), str(asked.get("name")))
+            for field, sign in (("limit", 1), ("applied", own)):
+                options += [f"--{field}={sign * number(field, asked):g}"] if asked.get(field) else []
             if not whole or len(whole) < len(logs):
                 raise OncenterError(ENGLISH["waits" if logs else "needs_log"], code="page")
             self.finish({"answer": self._begin(asked, whole, options)})

@@ -38,8 +38,8 @@ ENGLISH: Mapping[str, str] = {
     "right": "the right side",
     "left": "the left side",
     "databases": "Description of the truck's network, if you have one",
-    "databases_where": "A file .dbc, .kcd, .sym or .arxml of the maker, or of the person who recorded the log. A network "
-    "by the standard J1939 needs none.",
+    "databases_where": "A file .dbc, .kcd, .sym or .arxml of the maker, or of the person who recorded the log. "
+    "A network by the standard J1939 needs none.",
     "next": "Next",
     "save_truck": "Keep this truck",
     "signals": "The signals of this truck",
@@ -134,8 +134,9 @@ ENGLISH: Mapping[str, str] = {
     "limit": "Limit",
     "limit_where": "Recalibrate from this offset on. 2 deg, if the truck's maker gives no other.",
     "applied": "Correction that is already applied",
-    "applied_where": "What the control unit adds to the sensor's reading today, by the diagnostic tool. Empty "
-    "for none.",
+    "applied_where": "What the control unit adds to the sensor's reading today, with the sign that the tool "
+    "shows. Left is plus; in a truck whose steering wheel angle is reversed in its network, right is plus. Empty for "
+    "none.",
     "more": "Limit and correction",
     "estimate": "Estimate the offset",
     "reading": "Reading and estimating …",

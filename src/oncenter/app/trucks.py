@@ -63,6 +63,13 @@ class Trucks:
         memory = ["--memory", str(self.drives(name).memory)] if group == OWN else []
         return ["--vehicle", self.file_of(group, name), *memory]
 
+    def sign_of(self, group: str, name: str) -> int:
+        """-1 where the network of a truck counts a steering wheel angle to the right as positive."""
+        if group != OWN:
+            return 1
+        entry = vehicle(self.file_of(OWN, name)).signals.get("steering_wheel_angle")
+        return 1 if entry is None else entry.sign
+
     def drives(self, name: str) -> Drives:
         """Of one of the user's own trucks.
 

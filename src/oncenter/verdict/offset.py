@@ -195,7 +195,7 @@ def _decided(answer: Estimates, code: Code, limit_deg: float) -> Verdict:
         return _verdict(code, said, _instead(answer, found), *notes)
     first = "Align the wheels before you recalibrate. " if align_first(answer.pull) else ""
     add = f"{first}{_correction(answer, found)}"
-    return _verdict(code, said, add, _in_own_count(answer, found), _direction(found), *notes)
+    return _verdict(code, said, add, _direction(found), _with_left_positive(answer, found), *notes)
 
 
 def _narrower(answer: Estimates) -> str:
@@ -230,20 +230,27 @@ def _direction(found: Shown) -> str:
 
 
 def _correction(answer: Estimates, found: Shown) -> str:
-    """The sum to add, as rounded in the headline; with a correction that is applied already, also the sum of both."""
-    remaining, applied = -found.value + 0.0, round(answer.vehicle.offset_applied_deg, 3)
-    add = f"Add {remaining:+.{found.digits}f} deg"
+    """The sum to add, as rounded in the headline, in the count of the truck's own network; with a correction that is
+    applied already, also the sum of both."""
+    if not _counts_right(answer):
+        return f"Add {_sum(answer, found, 1.0)}."
+    return f"In the count of this truck's network, where right is positive, add {_sum(answer, found, -1.0)}."
+
+
+def _sum(answer: Estimates, found: Shown, sign: float) -> str:
+    remaining, applied = -sign * found.value + 0.0, round(sign * answer.vehicle.offset_applied_deg, 3) + 0.0
+    add = f"{remaining:+.{found.digits}f} deg"
     if applied == 0.0:
-        return f"{add}."
+        return add
     total = round(applied + remaining, 3) + 0.0
-    return f"{add} to the {applied:+.4g} deg that is applied already: set {total:+.4g} deg."
+    return f"{add} to the {applied:+.4g} deg that is applied already: set {total:+.4g} deg"
 
 
-def _in_own_count(answer: Estimates, found: Shown) -> str:
-    """The sum with the opposite sign, for the network or ECU whose own values are positive to the right."""
+def _with_left_positive(answer: Estimates, found: Shown) -> str:
+    """The sum with the opposite sign, for a tool that does not count as the network."""
+    return f"A tool where left is positive needs {_sum(answer, found, 1.0)}." if _counts_right(answer) else ""
+
+
+def _counts_right(answer: Estimates) -> bool:
     entry = answer.vehicle.signals.get("steering_wheel_angle")
-    if entry is None or entry.sign == 1:
-        return ""
-    applied = -round(answer.vehicle.offset_applied_deg, 3)
-    total = f" to {applied:+.4g} deg: set {round(applied + found.value, 3) + 0.0:+.4g} deg" if applied else ""
-    return f"The network counts right as positive: in its own count, add {found.value:+.{found.digits}f} deg{total}."
+    return entry is not None and entry.sign == -1

@@ -353,10 +353,18 @@ def test_a_flipped_sign_is_said_at_its_row_and_mended_in_a_truck_that_is_kept(
     kept = page.said("POST", "/trucks", asked)["name"]
     again = {"truck": kept, "logs": own_network["logs"]}
     assert rows_of(page, again)["steering_wheel_angle"]["said"][0][0] == "bad"
+    (page.trucks / "drives" / kept).mkdir(parents=True)  # answered with the wrong sign
     page.said("POST", "/trucks", {**again, "signals": CHOSEN})
+    assert not (page.trucks / "drives" / kept).exists()
     truck = oc.vehicle(page.trucks / f"{kept}.toml")
     assert (truck.signals["steering_wheel_angle"].sign, truck.wheelbase_m) == (-1, 3.7)
     assert rows_of(page, again)["steering_wheel_angle"]["said"] == [["ok", "Fits the other signals."]]
+    (page.trucks / "drives" / kept).mkdir()
+    page.said("POST", "/trucks", {**again, "signals": CHOSEN})
+    assert (page.trucks / "drives" / kept).exists()  # nothing was changed
+    page.said("POST", "/trucks", {**again, "name": "flipped", "wheelbase_m": "4 m", "signals": CHOSEN})
+    truck = oc.vehicle(page.trucks / f"{kept}.toml")
+    assert (truck.wheelbase_m, truck.assumed, len(truck.signals)) == (4.0, ("steering_ratio",), len(CHOSEN))
 
 
 @pytest.mark.parametrize(
@@ -370,6 +378,13 @@ def test_a_swapped_unit_is_said_at_its_row(
     state, text = rows[signal]["said"][0]
     assert state == "bad" and f"too large by a factor of {factor}" in text and "Choose another unit in this row" in text
     assert [name for name in CHOSEN if rows[name]["said"] and rows[name]["said"][0][0] == "bad"] == [signal]
+
+
+def test_a_yaw_rate_that_is_chosen_as_the_speed_is_said_at_its_row(page: Page, own_network: dict[str, Any]) -> None:
+    speed = {"name": "MOTION.YawRate", "unit": "m_s", "sign": 1}
+    rows = rows_of(page, asked_with(own_network, "no speed", vehicle_speed=speed))
+    said = " ".join(text for state, text in rows["vehicle_speed"]["said"] if state == "bad")
+    assert all(each in said for each in ("chosen in another row", "unit deg/s, which", "goes below zero"))
 
 
 @pytest.mark.parametrize(

@@ -199,6 +199,10 @@ def test_a_failure_says_what_to_do_and_has_a_way_back(
     assert not re.search(r"--\w|\[signals\]", opened.text_content("#answer .wrong"))
     opened.click("summary:has-text('Limit and correction')")
     opened.fill("#applied", "2")
+    opened.press("#applied", "Tab")
+    assert opened.text_content("#answer") == ""  # it was without this correction
+    opened.click("#begin")
+    opened.wait_for_selector("#answer .wrong")
     opened.set_input_files("#files", tmp_path / "network.dbc")
     opened.wait_for_selector("text=network.dbc: this describes a network")
     assert opened.evaluate("document.getElementById('databases').files[0].name") == "network.dbc"

@@ -63,7 +63,10 @@ def test_a_comparison_says_whether_the_calibration_was_successful(
 
 
 def test_a_correction_with_the_reversed_sign_is_named_with_the_correction_that_mends_it() -> None:
-    assert between(3.0, 6.0).action == "The sign of the correction was reversed. Add -6.0 deg, then compare again."
+    assert (
+        between(3.0, 6.0).action
+        == "The sign of the correction was reversed. Add -6.0 deg (left is positive), then compare again."
+    )
 
 
 def test_an_offset_that_has_not_converged_decides_nothing() -> None:

@@ -62,7 +62,9 @@ part("form").addEventListener("submit", (event) => {
       databases.push(sent.get(file));
     }
     const form = Object.fromEntries(new FormData(part("form")));
-    await chooseSignals({...form, databases, logs: wholeLogs()}, form.name, part("truck-state"));
+    const about = {...form, databases, logs: wholeLogs()};
+    if (part("name").readOnly) about.truck = part("truck").value; // it is changed
+    await chooseSignals(about, form.name, part("truck-state"));
   });
 });
 
@@ -80,15 +82,23 @@ function chooseKept({group, name}, title) {
     [option.value, option.dataset.axles] = [name, part("form").elements.axle_layout.value];
     list.append(option);
   }
+  if (part("name").readOnly) option.dataset.axles = part("form").elements.axle_layout.value;
   option.selected = true;
   part("truck").dispatchEvent(new Event("change"));
+  emptyForm();
   part("other").open = false;
   part("logs-wrong").textContent = ""; // of a database, which is kept now
   part(logs.size ? "begin" : "files").focus();
 }
 
+function emptyForm() {
+  part("form").reset();
+  part("name").readOnly = false;
+  for (const each of part("form").querySelectorAll("p.said")) each.textContent = "";
+}
+
 function add(file) {
-  if (part("databases").accept.split(",").some((suffix) => file.name.toLowerCase().endsWith(suffix))) return toForm(file);
+  if (isDatabase(file)) return toForm(file);
   const row = made("li"), name = made("span", file.name), state = made("span"), button = made("button", texts.cancel);
   const progress = made("progress");
   button.type = "button";
@@ -97,10 +107,12 @@ function add(file) {
   part("logs").append(row);
   const log = {key: null, request: new XMLHttpRequest(), isWhole: false};
   logs.set(row, log);
+  forgetAnswer();
   const megabytes = (bytes) => (bytes / 1e6).toFixed(1);
   const drop = () => {
     logs.delete(row);
     row.remove();
+    forgetAnswer();
   };
   button.addEventListener("click", () => {
     log.request.abort();
@@ -139,6 +151,20 @@ function add(file) {
   });
 }
 
+const isDatabase = ({name}) => part("databases").accept.split(",").some((suffix) => name.toLowerCase().endsWith(suffix));
+
+// A log that is put among the databases belongs to the logs.
+part("databases").addEventListener("change", () => {
+  const files = [...part("databases").files], databases = new DataTransfer();
+  for (const file of files.filter(isDatabase)) databases.items.add(file);
+  part("truck-wrong").textContent = "";
+  for (const file of files.filter((each) => !isDatabase(each))) {
+    add(file);
+    part("truck-wrong").textContent = `${file.name}: ${texts.is_log}`;
+  }
+  if (databases.files.length < files.length) part("databases").files = databases.files;
+});
+
 // A database that is dropped among the logs belongs to the form.
 function toForm(file) {
   const files = new DataTransfer();
@@ -166,22 +192,33 @@ let running = null; // key of the answer that is being made
 const answers = new Map(); // by key: {truck, drive, text}, for a comparison
 // The same of one drive that is answered twice; a log that is dropped again has a number before its name.
 const driveOf = ({log, start_time: start}) => `${log.replace(/^\d+-/, "")} ${start}`;
+const isOwn = ({group, name}) => group === "yours" && name === part("truck").value; // and was not left meanwhile
 const truckOf = ({group, name}) => `${group} ${name}`;
 
 part("begin").addEventListener("click", () => {
   const chosen = part("truck").selectedOptions[0];
+  if (!chosen.value && part("other").open && part("name").value) {
+    part("answer").replaceChildren(made("p", texts.needs_next, "wrong"));
+    return;
+  }
   const given = {group: chosen.parentElement.dataset.group ?? chosen.value, name: chosen.value};
   for (const field of ["limit", "applied"]) given[field] = part(field).value;
   given.logs = [...logs.values()].map((log) => log.key);
   const names = [...logs.keys()].map((row) => row.firstChild.textContent).join(", ");
   const title = chosen.value ? chosen.textContent : "";
-  begin("/answers", given, (key, said) => show(key, said, given, `${title} · ${names}`), part("answer"), names).then(listDrives);
+  begin("/answers", given, (key, said) => show(key, said, {...given, title}, names), part("answer"), names).then(listDrives);
 });
 
-// An answer is about the truck that is chosen: it goes with it.
-part("truck").addEventListener("change", () => {
+// An answer is about the truck, the logs and the limit that are chosen: it goes with them.
+const forgetAnswer = () => {
   if (!running) part("answer").replaceChildren();
+};
+part("truck").addEventListener("change", () => {
+  if (!part("name").readOnly) return;
+  emptyForm(); // of the truck before
+  part("other").open = false;
 });
+for (const id of ["truck", "limit", "applied"]) part(id).addEventListener("change", forgetAnswer);
 
 // One run of a command: what it says is shown by `done`, in the place `shown`.
 async function begin(path, given, done, shown, about) {
@@ -222,8 +259,16 @@ const said = ({word, headline}) => {
 // What to do on this page; the words of the command, which may name its options, are in the details.
 function failure({code, message}, about) {
   const remedy = texts[`error_${code}`];
-  const parts = [made("h3", texts.failed), made("p", remedy ? `${about}: ${remedy}` : message, "wrong")];
+  const parts = [made("h3", texts.failed), made("p", remedy ? `${about}: ${remedy}` : onPage(message), "wrong")];
   return [...parts, explained(code, "error", remedy && message)];
+}
+
+// Without the sentences about the command line and its files: what they do is done by buttons here.
+const COMMAND = /\[signals\]|--\w|vehicle file|oncenter \w+( [A-Z-]|$)|traffic_side|`/;
+function onPage(text) {
+  const sentences = text.split(/(?<=[.:;]) /), kept = sentences.filter((each) => !COMMAND.test(each));
+  if (kept.length === sentences.length) return text;
+  return [...kept, texts.by_buttons].join(" ").replace(/[:;] (?=“|$)/, ". ");
 }
 
 const filled = (text, ...values) => values.reduce((rest, value) => rest.replace("{}", value), text);
@@ -238,20 +283,21 @@ function inPlainWords({offset: {value, status, ci95, ci95_drive: ofDrive}}, {sta
   return lines.map((line) => made("p", line, "note"));
 }
 
-function show(key, answer, truck, title) {
+function show(key, answer, truck, names) {
   const {verdicts: [first, ...others], findings} = answer;
   const verdict = made("div", "", `verdict ${first.state}`);
-  verdict.append(made("small", title), made("span", `${marks[first.state]} ${first.word}`, "state"), made("h3", said(first)));
-  for (const [text, name] of [[first.action, "action"], [first.note, "note"]]) if (text) verdict.append(made("p", text, name));
+  verdict.append(made("small", `${truck.title} · ${names}`), made("span", `${marks[first.state]} ${first.word}`, "state"), made("h3", said(first)));
+  for (const [text, name] of [[first.action, "action"], [first.note, "note"]]) if (text) verdict.append(made("p", onPage(text), name));
   verdict.append(...inPlainWords(answer, first));
   const list = made("ul", "", "others");
   for (const {about, state, word, headline, action} of others) {
     const row = made("li");
-    row.append(made("span", `${marks[state]} ${word}`, `state ${state}`), ` ${about}: ${said({word, headline})} ${state === "ok" ? "" : action}`);
+    row.append(made("span", `${marks[state]} ${word}`, `state ${state}`), ` ${about}: ${said({word, headline})} ${state === "ok" ? "" : onPage(action)}`);
     list.append(row);
   }
-  const shown = [verdict, list, warnings(findings), offers(texts.report, key, true)];
-  shown.push(...comparing(key, truckOf(truck), driveOf(answer)));
+  if (isOwn(truck) && former.some(({of}) => of === driveOf(answer))) verdict.append(made("p", texts.counted, "note"));
+  const shown = [verdict, list, warnings(findings), offers(texts.report, key, `${truck.title} ${(answer.start_time ?? "").slice(0, 10)}`.trim(), true)];
+  shown.push(...comparing(key, truck, driveOf(answer)));
   answers.set(key, {truck: truckOf(truck), drive: driveOf(answer), text: `${answer.log}: ${first.headline}`});
   return shown;
 }
@@ -260,8 +306,9 @@ function show(key, answer, truck, title) {
 function comparing(after, truck, drive) {
   const label = made("label", texts.compare), choice = made("select"), button = made("button", texts.compared);
   const before = new Map(); // by drive: the newest answer
-  for (const each of former) before.set(each.of, {text: each.text, given: {truck: part("truck").value, drive: each.drive}});
-  for (const [key, each] of answers) if (each.truck === truck) before.set(each.drive, {text: each.text, given: {before: key}});
+  if (isOwn(truck)) {
+    for (const each of former) before.set(each.of, {text: each.text, given: {truck: truck.name, drive: each.drive}});
+  } else for (const [key, each] of answers) if (each.truck === truckOf(truck)) before.set(each.drive, {text: each.text, given: {before: key}});
   before.delete(drive);
   if (!before.size) return [];
   for (const [each, {text}] of before) {
@@ -276,7 +323,7 @@ function comparing(after, truck, drive) {
     begin("/comparisons", {...before.get(choice.value).given, after}, (key, {headline, action}) => {
       const verdict = made("div", "", "verdict");
       verdict.append(made("h3", headline), made("p", action, "action"));
-      return [verdict, offers(texts.certificate, key, false)];
+      return [verdict, offers(texts.certificate, key, texts.compared, false)];
     }, shown, texts.compared);
   });
   parts.append(label, button, shown);

@@ -23,9 +23,9 @@ async function listDrives() {
     return;
   }
   try {
-    const {drives, common, facts} = await send("GET", path);
+    const {drives, common, facts, fields} = await send("GET", path);
     if (chosenTruck().option !== option) return; // chosen on meanwhile
-    former = drives.map(({drive, log, start, verdict}) => ({drive, of: driveOf({log, start_time: start}), text: `${log}: ${verdict.headline}`}));
+    former = drives.map(({drive, log, start, verdict}) => ({drive, of: driveOf({log, start_time: start}), text: `${day(start)}, ${log}: ${verdict.headline}`}));
     const about = made("p", facts.join(" · "), "facts");
     const list = made("ul", "", "drives");
     list.append(...drives.map((each) => driveRow(each, path)));
@@ -36,7 +36,7 @@ async function listDrives() {
       together.append(mark(state, word), ` ${texts.together}, ${count} ${when}: ${inDegrees(offset, interval)}`);
       parts.push(together);
     }
-    shown.replaceChildren(about, ...parts, forgetting(texts.forget_truck, texts.forget_truck_sure, path, () => {
+    shown.replaceChildren(about, changing(fields), ...parts, forgetting(texts.forget_truck, texts.forget_truck_sure, path, () => {
       option.remove();
       part("truck").value = "";
       part("truck").dispatchEvent(new Event("change"));
@@ -55,6 +55,21 @@ function driveRow({drive, start, log, offset, interval, verdict}, path) {
   button.setAttribute("aria-label", `${texts.forget}: ${day(start)}, ${log}`);
   row.append(made("span", day(start)), made("span", log), said, button);
   return row;
+}
+
+// The form with the data of the truck, whose name stays.
+function changing(fields) {
+  const button = made("button", texts.change_truck, "small");
+  button.type = "button";
+  button.addEventListener("click", () => {
+    emptyForm();
+    const form = part("form").elements;
+    for (const [field, value] of Object.entries(fields)) form[field].value = value;
+    part("name").readOnly = true;
+    part("other").open = true;
+    part("wheelbase_m").focus();
+  });
+  return button;
 }
 
 function forgetting(text, question, path, done) {

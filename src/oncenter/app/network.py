@@ -37,6 +37,8 @@ _STEP_S = 0.25  # between the points of a picture
 _SHOWN_S = 120.0  # of the drive, those with the most steering
 _ROLLING_M_S = 2.0  # from which yaw rate over speed is a curvature
 _TRACK_M = 1.9
+_BACKWARD_M_S = -1.0  # noise of a signal that cannot be negative is smaller
+_SPEED_M_S = (5.0, 36.0)  # range of the highest speed of a drive: 18 to 130 km/h
 _ALIKE, _SIZE, _NEARLY = 0.6, 2.5, 0.2  # of two readings of one quantity: correlation, factor of size, share of values
 _CURVATURE_M = (15.0, 400.0)  # steering wheel angle over curvature, of cars to heavy trucks
 _BY_UNDERSTEER = (0.5, 4.0)  # the same over ratio times wheelbase
@@ -139,7 +141,14 @@ def network_shown(
     for signal in PROPOSED:
         source = None if drive is None else drive.sources.get(signal)
         row = _row(signal, table.get(signal), "" if source is None else source.description)
-        rows.append(row | {"why": why.get(signal, ""), "said": said[signal], "picture": pictures.get(signal)})
+        rows.append(
+            row
+            | {
+                "why": why.get(signal, ""),
+                "said": sorted(said[signal], key=lambda each: each.state != "bad"),
+                "picture": pictures.get(signal),
+            }
+        )
     at = next((picture["at_s"] for picture in pictures.values()), None)
     return {"rows": rows, "notes": notes, "at_s": at, **(_lists(there) if asked is None else {})}
 
@@ -227,12 +236,28 @@ def _said(
             yield Said("bad", ENGLISH["row_empty"])
         return
     named = next((each for each in there if each.name == entry["name"]), None)
+    if [each["name"] for each in table.values()].count(entry["name"]) > 1:
+        yield Said("bad", ENGLISH["row_twice"])
     if named is not None and chosen(signal, named, there).unit is None:
-        yield Said("open", ENGLISH["row_no_unit"])
+        yield (
+            Said("bad", ENGLISH["row_other_unit"].format(named.unit))
+            if named.unit
+            else Said("open", ENGLISH["row_no_unit"])
+        )
+    if signal == "vehicle_speed" and drive is not None and signal in drive.sources:
+        yield from _said_of_speed(drive.columns[SIGNALS[signal].column])
     if drive is not None and network.log is not None and signal not in drive.sources:
         notes = [note.partition(": ")[2] for note in drive.notes if note.partition(":")[0] == signal]
         why = "; ".join(notes) or ENGLISH["row_no_values"]
         yield Said("bad", f"{network.log.name}: {why}. {ENGLISH['remedy_other_signal']}")
+
+
+def _said_of_speed(speed: Column) -> Iterator[Said]:
+    low, high = np.nanmin(speed), np.nanmax(speed)
+    if low < _BACKWARD_M_S:
+        yield Said("bad", ENGLISH["row_backward"])
+    elif not _SPEED_M_S[0] < high < _SPEED_M_S[1]:
+        yield Said("open", ENGLISH["row_unusual_speed"].format(3.6 * high))
 
 
 def _about_time(table: Entries, there: Sequence[Named]) -> Iterator[str]:

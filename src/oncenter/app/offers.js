@@ -9,7 +9,7 @@ function link(text, path) {
 }
 
 // The PDF as a file where a browser of this computer makes it, else by the print dialog of this one.
-function pdf(key) {
+function pdf(key, name) {
   const printed = () => link(texts.print, `/answers/${key}/report?print=1`);
   if (!hasBrowser) return printed();
   const button = made("button", texts.pdf);
@@ -21,7 +21,7 @@ function pdf(key) {
       const response = await fetch(`/answers/${key}/pdf`);
       if (!response.ok) throw new Error((await response.json()).message);
       const file = made("a");
-      [file.href, file.download] = [URL.createObjectURL(await response.blob()), "oncenter.pdf"];
+      [file.href, file.download] = [URL.createObjectURL(await response.blob()), `oncenter ${name}.pdf`];
       file.click();
       setTimeout(() => URL.revokeObjectURL(file.href), 60e3);
     } catch (error) {
@@ -34,9 +34,9 @@ function pdf(key) {
   return button;
 }
 
-function offers(text, key, hasTable) {
+function offers(text, key, name, hasTable) {
   const row = made("p", "", "offers");
-  row.append(link(text, `/answers/${key}/report`), pdf(key));
+  row.append(link(text, `/answers/${key}/report`), pdf(key, name));
   if (hasTable) {
     const table = link(texts.csv, `/answers/${key}/csv`);
     table.download = "oncenter.csv";
@@ -56,7 +56,7 @@ function explained(code, kind, found) {
       const {text} = await send("GET", `/explanations/${code}`);
       const section = text.split(`${code} (`).find((each) => each.startsWith(`${kind})`)) ?? text;
       const paragraphs = section.split("\n\n").filter((each) => (found ? /^(What it means|Likely)/ : /^(What|Likely)/).test(each)); // without an example
-      words.replaceChildren(...[...(found ? [found] : []), ...paragraphs].map((each) => made("p", each.replace(/\s+/g, " "))));
+      words.replaceChildren(...[...(found ? [found] : []), ...paragraphs].map((each) => made("p", onPage(each.replace(/\s+/g, " ")))));
     } catch (error) {
       words.textContent = error.message;
     }
@@ -68,7 +68,7 @@ function warnings(findings) {
   const list = made("ul", "", "others");
   for (const {code, severity, text} of findings.filter(({severity}) => severity !== "info")) {
     const row = made("li");
-    row.append(made("b", `${severity}: `), text, explained(code, "finding"));
+    row.append(made("b", `${severity}: `), onPage(text), explained(code, "finding"));
     list.append(row);
   }
   return list;
@@ -85,12 +85,12 @@ function waysBack() {
   log.addEventListener("click", () => clear("files"));
   truck.addEventListener("click", () => {
     part("truck").value = "";
-    part("form").reset();
-    for (const id of ["limit", "applied"]) part(id).value = "";
-    for (const each of document.querySelectorAll("p.said")) each.textContent = "";
+    emptyForm();
+    for (const id of ["limit", "applied"]) [part(id).value, part(`${id}-said`).textContent] = ["", ""];
     part("truck").dispatchEvent(new Event("change"));
     clear("files");
   });
-  row.append(log, truck);
+  if (part("truck").value) row.append(log);
+  row.append(truck);
   return row;
 }

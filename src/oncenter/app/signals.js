@@ -13,7 +13,7 @@ async function chooseSignals(about, title, state) {
   state.replaceChildren(`${texts.signals_searching} `, button);
   try {
     const found = await send("POST", "/signals", about, cancel.signal);
-    if (!found.rows.length && about.truck) throw new Error(texts.signals_none);
+    if (!found.rows.length && about.truck && !about.name) throw new Error(texts.signals_none);
     dialog = {about, title, names: found.names, similar: found.similar, at_s: null, isTouched: false};
     rows.clear();
     if (!found.rows.length) {
@@ -39,6 +39,7 @@ function opened(isOpen) {
 }
 
 async function keep() {
+  if (dialog.about.truck && former.length && !confirm(texts.forget_old)) return;
   part("keep").disabled = true; // once, also where a log arrives meanwhile
   try {
     const signals = rows.size ? chosen() : undefined;

@@ -43,13 +43,15 @@ ENGLISH: Mapping[str, str] = {
     "next": "Next",
     "save_truck": "Keep this truck",
     "signals": "The signals of this truck",
-    "signals_where": "These were found in your files. In each picture, both lines must go up and down together. In a "
-    "left-hand bend, steering wheel angle, yaw rate and lateral acceleration go up.",
+    "signals_where": "These were found in your files. In each picture, both lines must go up and down together; "
+    "a constant gap is normal. In a left-hand bend, steering wheel angle, yaw rate and lateral acceleration go up. If "
+    "all three are reversed, nothing here can show it: look at a bend that you remember.",
     "signals_part": "The pictures show a part of the drive.",
     "signals_wrong": "At least one row has a fault. With it there is no answer.",
     "signals_without_log": "Drop a log of this truck above: then each signal has a picture, and is checked.",
-    "signals_none": "There is nothing to choose. Drop a log of this truck first, unless its network follows J1939: "
-    "then its signals need no choice.",
+    "signals_none": "There is nothing to choose: this truck has no description of its network, and the log, if there "
+    "is one, has no names. A network by the standard J1939 needs no choice. For any other, click “Change this "
+    "truck” and add the description.",
     "signals_searching": "Looking for the signals in your files …",
     "signals_reading": "Reading the log again …",
     "signals_check": "Check the signals of this truck",
@@ -74,6 +76,10 @@ ENGLISH: Mapping[str, str] = {
     "row_why": "Chosen",
     "row_empty": "Nothing fits by its name. Choose a signal.",
     "row_fits": "Fits the other signals.",
+    "row_other_unit": "The file gives the unit {}, which this signal cannot have. Choose another signal in this row.",
+    "row_twice": "The same signal is chosen in another row. Choose another signal in one of them.",
+    "row_backward": "It goes below zero, which the speed of a drive does not. Choose another signal in this row.",
+    "row_unusual_speed": "It reaches {:.0f} km/h, which is unusual for a truck. Check signal and unit.",
     "row_no_unit": "The file gives no unit. Check that this one is right.",
     "row_no_values": "it has no values of this signal",
     "row_sign_by": "with its sign in",
@@ -110,8 +116,7 @@ ENGLISH: Mapping[str, str] = {
     "wheel_speed_rear_left": "Wheel speed, rear left",
     "wheel_speed_rear_right": "Wheel speed, rear right",
     "steering_wheel_torque": "Steering wheel torque",
-    "steering_wheel_angle_what": "How far the steering wheel is turned. A constant gap between the lines is what "
-    "oncenter measures: leave it.",
+    "steering_wheel_angle_what": "How far the steering wheel is turned.",
     "yaw_rate_what": "How fast the truck turns.",
     "vehicle_speed_what": "How fast the truck drives.",
     "lateral_acceleration_what": "The push to the side in bends. Road slope moves it a little.",
@@ -124,6 +129,7 @@ ENGLISH: Mapping[str, str] = {
     "like_wheel": "vehicle speed",
     "logs": "1. The logs",
     "drop": "Drop logs here, or choose files",
+    "is_log": "this is not a description of a network. It is now among the logs above.",
     "is_database": "this describes a network and is not a log. It is now in “Another truck” below: give the truck a "
     "name there.",
     "drop_where": "One drive, or several drives of the same truck. Ordinary driving with bends to both sides, twenty "
@@ -166,23 +172,29 @@ ENGLISH: Mapping[str, str] = {
     "forget": "forget",
     "forget_drive": "Forget this drive? Play and sensor errors that were estimated from it and from later drives are "
     "forgotten, too. The log itself stays where it is.",
+    "forget_old": "This truck has former drives. If you have changed anything, they are forgotten, since they were "
+    "answered with the former data: drop their logs again. Keep the truck?",
+    "change_truck": "Change this truck",
     "forget_truck": "Forget this truck",
     "forget_truck_sure": "Forget this truck with its numbers and all its drives?",
     "needs_two": "Choose the answer of another drive, before the repair.",
     "cancelled": "Cancelled. Nothing was changed.",
     "lost": "The connection to oncenter is lost. Start it again, and open the page that it opens.",
     "needs_truck": "Choose a truck first.",
+    "needs_next": "Press “Next” in “Another truck” first, so that this truck is kept.",
     "needs_log": "Drop a log first.",
     "waits": "Wait until all logs are copied.",
     "failed": "No answer",
+    "counted": "This drive is among the former drives of this truck already: it is not counted twice.",
+    "by_buttons": "Correct it by “Check the signals of this truck” or “Change this truck” above.",
     "straight": "When the truck drives straight ahead, its sensor reads about {} deg to the {}.",
     "sure": "From this drive alone, the offset is {}. With a pull of the axles or a side wind, which one drive cannot "
     "separate from it: {}.",
     "to": "to",
     "to_left": "left",
     "to_right": "right",
-    "near_limit": "Which drive helps: another one of this truck, with bends to both sides. If it stays undecided, ask "
-    "the truck's maker for the limit: below it, leave the sensor as it is.",
+    "near_limit": "Which drive helps: another one of this truck, with bends to both sides. Drop its log beside this "
+    "one. If it stays undecided, ask the truck's maker for the limit, and enter it in “Limit and correction” above.",
     "found": "What was found",
     # Errors of an answer by their codes, where the command speaks of its options: what to do on the page.
     **dict.fromkeys(

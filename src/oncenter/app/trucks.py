@@ -87,7 +87,10 @@ class Trucks:
             OncenterError: "page": there is no such truck.
         """
         drives = self.drives(name).listed()
-        return {"facts": _facts(vehicle(self.file_of(OWN, name))), **drives}
+        truck = vehicle(self.file_of(OWN, name))
+        fields = {key: "" if key in truck.assumed else f"{getattr(truck, key)}" for key in _NUMBERS}
+        fields |= {key: getattr(truck, key) or "" for key in _WORDS}
+        return {"facts": _facts(truck), "fields": {"name": truck.name, **fields}, **drives}
 
     def forget(self, name: str) -> None:
         """With its drives and the copies of its databases.
@@ -110,7 +113,12 @@ class Trucks:
                 or there is no such truck.
         """
         if form.get("truck"):
-            return self._of_file(str(form["truck"]))
+            values = self._of_file(str(form["truck"]))
+            if "name" in form:  # with what is typed in place of its numbers; a ratio of an engineer stays
+                typed = [key for key in (*_NUMBERS, *_WORDS) if not isinstance(values.get(key), list)]
+                values = {key: value for key, value in values.items() if key not in typed}
+                values |= {key: value for key, value in _typed(form).items() if key in typed}
+            return values
         name = str(form.get("name", "")).strip()
         if not name:
             raise wrong("name", "give the truck a name")
@@ -122,8 +130,7 @@ class Trucks:
                 exit_code=WRONG_USAGE,
                 needs=("name",),
             )
-        values = {"name": name, **{field: number(field, form) for field in _NUMBERS if form.get(field)}}
-        values |= {field: form[field] for field in _WORDS if form.get(field)}
+        values = {"name": name, **_typed(form)}
         new_vehicle_file(path, values, [])  # what is typed is checked before files are read
         return values
 
@@ -148,6 +155,8 @@ class Trucks:
             signals: the `[signals]` table.
         """
         path = self._folder / f"{form['truck']}.toml" if form.get("truck") else self._path(values["name"])
+        if form.get("truck") and {**values, "signals": signals} != {"signals": {}, **self._of_file(path.stem)}:
+            shutil.rmtree(self._folder / "drives" / path.stem, ignore_errors=True)  # answered with the former data
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)  # for no other user
         of_truck = list(values.get("dbc", ()))
         for place, given in enumerate(databases, len(of_truck) + 1):
@@ -161,6 +170,11 @@ class Trucks:
 
     def _path(self, name: str) -> Path:
         return self._folder / f"{file_stem(name)[:60]}.toml"
+
+
+def _typed(form: Mapping[str, Any]) -> dict[str, Any]:
+    values: dict[str, Any] = {field: number(field, form) for field in _NUMBERS if form.get(field)}
+    return values | {field: form[field] for field in _WORDS if form.get(field)}
 
 
 def _facts(truck: Vehicle) -> list[str]:

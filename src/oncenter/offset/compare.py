@@ -114,7 +114,8 @@ class Comparison:
             return self._more_driving()
         if is_whole_turns(value):
             return f"Set the zero of the sensor with the wheels straight ahead. {turns_words(value)}"
-        add = f"Add {-self.after.shown(self.limit_deg).value + 0.0:+.{self.after.shown(self.limit_deg).digits}f} deg"
+        after = self.after.shown(self.limit_deg)
+        add = f"Add {-after.value + 0.0:+.{after.digits}f} deg (left is positive)"
         return {
             "successful": "",
             "within_limit": "",

@@ -437,8 +437,9 @@ def test_a_signal_that_says_nothing_is_named_at_its_row(page: Page, tmp_path: Pa
     assert oc.vehicle(page.trucks / f"{kept}.toml").signals["time"].name == "t"
 
 
-def test_two_drives_are_compared_and_have_a_certificate(page: Page, log: Path) -> None:
-    before, after = (page.answer(page.drop(log))["key"] for _ in range(2))
+def test_two_drives_are_compared_and_have_a_certificate(page: Page, log: Path, tmp_path: Path) -> None:
+    oc.simulate("hard_turn")[0].table.write_parquet(tmp_path / "after.parquet")
+    before, after = (page.answer(page.drop(each))["key"] for each in (log, tmp_path / "after.parquet"))
     comparison = page.ended(page.said("POST", "/comparisons", {"before": before, "after": after})["answer"])
     assert comparison["said"]["schema"] == "oncenter/compare-1"
     status, certificate = page.ask("GET", f"/answers/{comparison['key']}/report")

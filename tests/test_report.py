@@ -176,7 +176,7 @@ def test_a_page_leaves_out_what_no_log_has(answer: Answer, text: str) -> None:
 
 def test_in_print_there_are_lines_for_what_no_log_has_and_for_a_signature(answer: Answer) -> None:
     vin = page(answer, outputs_of(answer), Origin("YS2R4X20001234567"))
-    left = ["Plate, if not above", "Mileage"]
+    left = ["Plate, if other", "Mileage"]
     for text, names in ((page_of(answer), ["VIN", *left, "Start"]), (vin, [*left, "Start"])):
         by_hand = text[text.index('<div class="print-only">') : text.index("</section>")]
         assert re.findall(r'<th scope="row">([\w, ]+)</th><td><span class="line"></span></td>', by_hand) == names

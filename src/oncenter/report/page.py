@@ -213,8 +213,7 @@ def _main_pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> st
         offset_key["rejected_dashed"] = "a change"
     return joined(
         [
-            '<div class="main-figures">\n<h2 class="engineer">For the engineer</h2>',
-            "<section>\n<h2>Straight-ahead offset over time</h2>",
+            '<div class="main-figures">\n<section>\n<h2>For the engineer: straight-ahead offset over time</h2>',
             _several(drive),
             key(**offset_key) if "offset" in divs else "",
             divs.get("offset", nothing("No offset with an interval was estimated at any time.")),

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from oncenter.signals import Signals
     from oncenter.vehicle import Vehicle
 
-PLATE = "Plate, if not above"  # in the name of the truck
+PLATE = "Plate, if other"  # than the name of the truck
 _BY_HAND = ("VIN", PLATE, "Mileage", "Start")
 _SPEED, _LATITUDE, _LONGITUDE = "vehicle_speed_m_s", "latitude_deg", "longitude_deg"
 

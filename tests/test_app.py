@@ -110,8 +110,10 @@ def served(trucks: Path, browser: Path | None = None) -> Iterator[Page]:
         assert process.stdout is not None
         opened = re.search(r"http://127\.0\.0\.1:(\d+)/\?key=([\w-]+)", process.stdout.readline())
         assert opened is not None
-        yield Page(int(opened[1]), opened[2], trucks)
-        process.kill()
+        try:
+            yield Page(int(opened[1]), opened[2], trucks)
+        finally:
+            process.kill()
 
 
 @pytest.fixture(scope="module")

@@ -298,7 +298,7 @@ def j1939(drive: HealthyDrive) -> BusFrames:
             **{name.removesuffix("_m_s"): drive.signals.sources["vehicle_speed"] for name in WHEELS},
         },
     )
-    sent = frames(Sensed(signals, None, (), 0.0, {}), jitter_sd_s=_JITTER_S, seed=drive.seed)
+    sent = frames(Sensed(signals, None, {}, (), 0.0, {}), jitter_sd_s=_JITTER_S, seed=drive.seed)
     groups = sent.identifier >> 8 & 0xFFFF
     has_wheels = WHEELS[0] in drive.signals.table.columns
     return _some(sent, np.isin(groups, [group for group in _USED if has_wheels or group != _USED[1]]))

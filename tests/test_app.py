@@ -472,8 +472,7 @@ def test_a_drive_of_an_own_truck_is_there_next_time_until_it_is_forgotten(page: 
 def test_limit_and_applied_correction_are_those_of_the_form(page: Page, log: Path) -> None:
     answer = page.answer(page.drop(log), limit="1,5 deg", applied="-2")
     assert answer["said"]["limit_deg"] == 1.5
-    correction = answer["said"]["correction"]
-    assert correction["total_deg"] - correction["remaining_deg"] == pytest.approx(-2.0)
+    assert answer["said"]["offset"]["applied_deg"] == -2.0
     asked = {"group": "unknown", "logs": ["x"], "limit": "two"}
     assert "not a number: two" in page.refused("POST", "/answers", asked)
 

@@ -75,7 +75,7 @@ def test_one_of_each_log_or_the_answer_of_several_may_fail(
 def test_the_page_greys_an_offset_of_before_a_fault_and_says_so(failed: Path, tmp_path: Path) -> None:
     answer = oc.offset(oc.read(failed), oc.vehicle(TRUCK))
     oc.report(answer, tmp_path / "page.html")
-    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8").replace("\N{NO-BREAK SPACE}", " ")
     assert re.search(r"The straight-ahead offset \+2\.\d deg ± 0\.\d is from before the fault: do not use it", page)
     assert ".not-valid td.number { color: var(--muted)" in page
     assert re.search(r'<tr class="not-valid"><th scope="row">Straight-ahead offset', page)

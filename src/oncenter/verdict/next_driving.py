@@ -136,7 +136,8 @@ def _side(answer: Estimates) -> Driving | None:
     finding = finding_of(answer, "axle_may_be_set_up")
     if finding is None:
         return None
-    return Driving("give 'traffic_side' in the vehicle file, or drive on other roads", _sentence(finding.text))
+    wanted = "give the side of traffic in the vehicle file, or drive on other roads with bends to both sides"
+    return Driving(wanted, _sentence(finding.text))
 
 
 def _tighter_bends(answer: Estimates) -> Driving | None:

@@ -1,8 +1,10 @@
 """Statuses of any network: `true_when` of `[signals]`, by the numbers of a log or the names of a database."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 from drive_frames import START_S, Frame, candump
 
@@ -57,11 +59,14 @@ def test_a_status_is_true_at_the_numbers_of_a_table(tmp_path: Path) -> None:
     assert np.array_equal(signals.columns["reverse"], np.isin(LEVERS, (1, 15)).astype(float))
 
 
-@pytest.mark.parametrize("way", [by_database, by_table])
-def test_without_values_one_is_true_zero_is_false_and_other_codes_are_unknown(tmp_path: Path, way: object) -> None:
-    name = SignalName("GEARBOX.Lift") if way is by_database else SignalName("lever")
-    signals = way(tmp_path, axle_lifted=name)  # type: ignore[operator]
-    codes = np.arange(len(LEVERS)) // 10 % 4 if way is by_database else LEVERS
+@pytest.mark.parametrize(
+    ("read_by", "name", "codes"),
+    [(by_database, "GEARBOX.Lift", np.arange(len(LEVERS)) // 10 % 4), (by_table, "lever", LEVERS)],
+)
+def test_without_values_one_is_true_zero_is_false_and_other_codes_are_unknown(
+    tmp_path: Path, read_by: Callable[..., Signals], name: str, codes: npt.NDArray[np.int64]
+) -> None:
+    signals = read_by(tmp_path, axle_lifted=SignalName(name))
     expected = np.where(codes < 2, codes, np.nan)
     inner = np.zeros(len(codes), bool)  # a frame beside a code may stand for it
     inner[2:-2] = (codes[2:-2] == codes[4:]) & (codes[2:-2] == codes[:-4])

@@ -10,7 +10,7 @@ import pytest
 import oncenter as oc
 from oncenter.app.drives import Drives
 from oncenter.memory import offset_with_memory, read_memory, write_memory
-from oncenter.memory.common import Reading, common_offset
+from oncenter.offset.common_offset import Reading, common_offset
 from oncenter.signals import DEGREE, Signals
 
 TRUCK = oc.vehicle("scania_r730_4x2")
@@ -75,6 +75,20 @@ def test_after_a_correction_the_common_offset_is_that_since_it() -> None:
     common = common_offset(readings, TRUCK)
     assert common is not None and common.since == 2
     assert common.value == pytest.approx(0.1 * DEGREE, abs=0.02 * DEGREE)
+
+
+@pytest.mark.parametrize(
+    ("offsets_deg", "since"),
+    [
+        ((1.6, 1.7, 5.0, 1.7, 1.6), 0),
+        ((1.6, 1.7, 1.8, 1.7, 1.6, 5.0, 1.7), 0),
+        ((2.1, 2.0, 2.2, 2.1, 0.1, 0.0, 0.1), 4),
+    ],
+    ids=["one wrong drive", "the last but one wrong", "a correction"],
+)
+def test_one_wrong_drive_among_many_is_no_new_offset(offsets_deg: tuple[float, ...], since: int) -> None:
+    common = common_offset([Reading(each * DEGREE, 0.1 * DEGREE, 0.1, 0.05) for each in offsets_deg], TRUCK)
+    assert common is not None and common.since == since
 
 
 def test_the_memory_after_the_newest_drive_is_forgotten_is_that_before_it(drives: Drives, logs: list[Signals]) -> None:

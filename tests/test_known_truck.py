@@ -125,6 +125,8 @@ def test_a_set_up_for_the_crown_needs_the_side_of_traffic_and_no_pull() -> None:
         truck(traffic_side=None, set_up_for_crown=True)
     with pytest.raises(OncenterError, match="the pull contains the set-up"):
         truck(set_up_for_crown=True, pull_m_s2=0.1, pull_sd_m_s2=0.02)
+    with pytest.raises(OncenterError, match="traffic_side"):
+        truck(traffic_side=["right"], set_up_for_crown=True)
 
 
 def test_the_set_up_of_a_vehicle_file_is_that_of_the_parameters() -> None:

@@ -53,7 +53,6 @@ _FACTORS = {"wheelbase_m": (1.0, 20.0), "steering_ratio": (1.0, 60.0)}  # of the
 _PRODUCT_SD = "known_wheelbase_share_sd_1"
 _PRODUCT_SD_1 = {1: 0.15, 2: 0.3}
 _TRAFFIC_SIGNS = {"right": 1.0, "left": -1.0}  # of the lateral acceleration on roads that fall to that side
-_CROWN_M_S2, _PULL_SD_M_S2 = 0.2, 0.05  # of an axle set up for the crown: crown_m_s2 and pull_sd_m_s2 by default
 _ANGLE = "steering_wheel_angle"
 _MAY_LACK_ITS_SD = "understeer_gradient_deg_m_s2"  # `oncenter.budget` takes it alone
 _BOUNDED_BY = {  # params with a closer limit than their range, set by another param
@@ -167,12 +166,16 @@ class Vehicle(BaseModel):
         is_set_up, side = values.get("set_up_for_crown"), values.get("traffic_side")
         if is_set_up is not True:
             given = {"set_up_probability_1": 0.0} if is_set_up is False else {}
+        elif side is not None and not isinstance(side, str):
+            given = {}  # its own check names it
         elif side not in _TRAFFIC_SIGNS:
             raise ValueError("'set_up_for_crown' needs 'traffic_side': the crown falls to that side")
         elif values.get("pull_m_s2") is not None:
             raise ValueError("give 'set_up_for_crown' or 'pull_m_s2': the pull contains the set-up")
         else:
-            given = {"known_pull_m_s2": _CROWN_M_S2 * _TRAFFIC_SIGNS[side], "known_pull_sd_m_s2": _PULL_SD_M_S2}
+            by_default = _core.default_params()
+            crown, sd = by_default["crown_m_s2"] * _TRAFFIC_SIGNS[side], by_default["pull_sd_m_s2"]
+            given = {"known_pull_m_s2": crown, "known_pull_sd_m_s2": sd}
         return values | {"params": {**given, **values.get("params", {})}} if given else values
 
     @model_validator(mode="after")
@@ -270,6 +273,12 @@ class Vehicle(BaseModel):
     def traffic_sign(self) -> float:
         """1 where roads fall to the right, -1 where they fall to the left, 0 where the side is not given."""
         return _TRAFFIC_SIGNS.get(self.traffic_side or "", 0.0)
+
+    @property
+    def angle_sign(self) -> int:
+        """-1 where the truck's network counts a steering wheel angle to the right as positive."""
+        entry = self.signals.get(_ANGLE)
+        return 1 if entry is None else entry.sign
 
     @property
     def signal_names(self) -> dict[str, SignalName]:

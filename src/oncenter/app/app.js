@@ -15,7 +15,7 @@ const made = (tag, text, className) => {
 async function send(method, path, content, signal) {
   let response;
   try {
-    response = await fetch(path, {method, signal, body: content === undefined ? undefined : JSON.stringify(content)});
+    response = await fetch(path, {method, signal, body: content instanceof Blob ? content : JSON.stringify(content)});
   } catch {
     if (signal?.aborted) throw new Error(texts.cancelled);
     throw new Error(texts.lost);
@@ -56,7 +56,7 @@ part("form").addEventListener("submit", (event) => {
     for (const file of part("databases").files) {
       if (!sent.has(file)) {
         const {log: key} = await send("POST", "/logs", {name: file.name, size: file.size});
-        await fetch(`/logs/${key}`, {method: "PUT", body: file});
+        await send("PUT", `/logs/${key}`, file);
         sent.set(file, key);
       }
       databases.push(sent.get(file));
@@ -94,7 +94,7 @@ function chooseKept({group, name}, title) {
 function emptyForm() {
   part("form").reset();
   part("name").readOnly = false;
-  for (const each of part("form").querySelectorAll("p.said")) each.textContent = "";
+  for (const id of ["name", "wheelbase_m", "steering_ratio"]) clearSaid(id);
 }
 
 function add(file) {

@@ -10,7 +10,7 @@ from typing import Any
 
 from oncenter.files.whole_file import write_whole
 from oncenter.memory import TruckMemory, read_memory, write_memory
-from oncenter.memory.common import Reading, common_offset
+from oncenter.offset.common_offset import Reading, common_offset
 from oncenter.signals import DEGREE
 from oncenter.vehicle import Vehicle
 from oncenter.verdict.decision import Case, decide

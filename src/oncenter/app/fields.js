@@ -1,11 +1,15 @@
 "use strict";
+function clearSaid(field) {
+  part(`${field}-said`).textContent = "";
+  part(`${field}-said`).classList.remove("wrong");
+  part(field).removeAttribute("aria-invalid");
+}
+
 // Each number of the page is read back as soon as it is typed, with a sentence where it is wrong or unusual.
 for (const field of ["name", "wheelbase_m", "steering_ratio", "limit", "applied"]) {
   const input = part(field), said = part(`${field}-said`);
   input.addEventListener("change", async () => {
-    said.textContent = "";
-    said.classList.remove("wrong");
-    input.removeAttribute("aria-invalid");
+    clearSaid(field);
     const written = input.value.trim();
     if (field === "name" || !written) return;
     const {read, unusual, wrong} = await send("POST", "/fields", {field, written}).catch(({message}) => ({wrong: message}));

@@ -86,7 +86,10 @@ function waysBack() {
   truck.addEventListener("click", () => {
     part("truck").value = "";
     emptyForm();
-    for (const id of ["limit", "applied"]) [part(id).value, part(`${id}-said`).textContent] = ["", ""];
+    for (const id of ["limit", "applied"]) {
+      part(id).value = "";
+      clearSaid(id);
+    }
     part("truck").dispatchEvent(new Event("change"));
     clear("files");
   });

@@ -1,4 +1,4 @@
-"""All texts of the app and of the live page: a translation is one more file like this.
+"""The texts of the app and of the live page, without refusals that quote a request: a translation is one more file.
 
 The words of verdicts, findings and causes come with the answer, the same on every page and in every table.
 """
@@ -60,15 +60,12 @@ ENGLISH: Mapping[str, str] = {
     "signals_later": "Later",
     "signals_more": "More signals, which may be left out",
     "signals_rest": "About the whole log:",
-    "row_name": "Name in the log",
     "row_unit": "Unit",
     "row_sign": "Flip the sign",
     "row_flipped": "The network counts this signal to the other side. It is corrected here.",
     "row_choose": "Choose another",
     "row_search": "Search by a part of the name",
     "row_leave_out": "Leave it out",
-    "row_similar": "Similar names",
-    "row_all": "All names",
     "row_more_names": "more: type a part of the name",
     "row_no_name": "No name has this in it.",
     "row_none": "none chosen",

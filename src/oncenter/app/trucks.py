@@ -64,11 +64,8 @@ class Trucks:
         return ["--vehicle", self.file_of(group, name), *memory]
 
     def sign_of(self, group: str, name: str) -> int:
-        """-1 where the network of a truck counts a steering wheel angle to the right as positive."""
-        if group != OWN:
-            return 1
-        entry = vehicle(self.file_of(OWN, name)).signals.get("steering_wheel_angle")
-        return 1 if entry is None else entry.sign
+        """As `Vehicle.angle_sign` of an own truck."""
+        return vehicle(self.file_of(OWN, name)).angle_sign if group == OWN else 1
 
     def drives(self, name: str) -> Drives:
         """Of one of the user's own trucks.

@@ -1,4 +1,5 @@
-"""Logs that the page sends: each is written to a file while it comes, under a name that this process chooses."""
+"""Logs that the page sends: each is written to a file while it comes, in a folder of this process, under its own name
+without what a file system or a terminal reads from it."""
 
 from __future__ import annotations
 

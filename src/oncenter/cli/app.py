@@ -22,7 +22,7 @@ def app(
         bool, typer.Option("--shortcut", help="Put an icon on the desktop that opens the page, and end.")
     ] = False,
 ) -> None:
-    """Open a page: choose the truck, drop its logs, read the verdict. Ctrl-C ends it.
+    """Open a page: drop logs, choose the truck, read the verdict. Ctrl-C ends it.
 
     Everything stays on this computer. The page's address contains a key, so that no other user of it gets in.
     """

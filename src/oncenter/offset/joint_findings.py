@@ -39,7 +39,7 @@ _CAUSES: Mapping[Name, str] = {
 _WHEELBASE_REPORTED_FROM = 0.04  # share: tyres and payload change the one of (10) by less
 _MOVES_FROM = 2  # changes: nobody remounts a sensor twice in a drive
 _LISTED_MAX = 8  # offsets in a finding
-SET_UP_LIKELY = TUNED["joint_verdict.set_up_likely"]
+_SET_UP_LIKELY = TUNED["joint_verdict.set_up_likely"]
 _LOADED_FROM_S = 0.5  # less is printed as "to the left only"
 
 
@@ -234,10 +234,11 @@ def _lower(by_deg: float) -> str:
 def _may_be_set_up(
     found: Kind, native: _core.OcAnswer, params: Mapping[str, float], traffic_sign: float
 ) -> Finding | None:
-    """Roads that are level where the steering is free of lateral force, and no side of traffic."""
+    """Roads that are level where the steering is free of lateral force, and no side of traffic: as may_be_set_up of
+    core/monitor/joint_verdict.c, which withholds the status."""
     parts = native["offset_parts"]
     effect = parts["per_acceleration"] * params["crown_m_s2"]
-    if traffic_sign != 0.0 or effect <= 0.0 or parts["set_up_sd"] <= SET_UP_LIKELY * effect:
+    if traffic_sign != 0.0 or effect <= 0.0 or parts["set_up_sd"] <= _SET_UP_LIKELY * effect:
         return None
     return found(
         "the steering is free of lateral force on the mean slope of these roads. Either they are level, or the "

@@ -72,9 +72,8 @@ def combined(drives: tuple[Drive, ...], vehicle: Vehicle, params: Mapping[str, f
     if len(usable) < 2:
         return _by_one(drives, usable)
     changed = np.array([[any(map(_moved_offset, drives[k].changes)) for k in usable]])
-    pairs = _by_pairs(drives, usable, summaries, priors)
-    if len(usable) >= _MODEL_FROM:  # the model finds a step by the drives after it; before the last one there is one
-        pairs = [step for step in pairs if step.at == usable[-1] and _is_new(step, usable, summaries)]
+    valid = [k for k in usable if _status(drives[k]) == "valid"]
+    pairs = steps_between(summaries, usable, valid, priors)
     for step in pairs:
         changed[0, usable.index(step.at)] = True
     model = learn(together([[summaries[k] for k in usable]]), priors, changed)
@@ -105,22 +104,30 @@ def _moved_offset(change: Change) -> bool:
     return change.size_rad is not None and abs(change.size_rad) >= 1.96 * (change.sd_rad or 0.0)
 
 
-def _by_pairs(
-    drives: Sequence[Drive], usable: Sequence[int], summaries: Sequence[Summary], priors: Priors
+def steps_between(
+    summaries: Sequence[Summary], usable: Sequence[int], valid: Sequence[int], priors: Priors
 ) -> list[LogStep]:
+    """The steps that the model cannot find by the drives after them: of few drives all, else that before the last."""
+    pairs = _by_pairs(summaries, valid, priors)
+    if len(usable) < _MODEL_FROM:
+        return pairs
+    return [step for step in pairs if step.at == usable[-1] and _is_new(step, usable, summaries)]
+
+
+def _by_pairs(summaries: Sequence[Summary], valid: Sequence[int], priors: Priors) -> list[LogStep]:
     """Two or three drives do not separate a step from one wrong drive: valid neighbours are compared."""
     steps = []
-    for k, later in pairwise(k for k in usable if _status(drives[k]) == "valid"):
+    for k, later in pairwise(valid):
         before, after = summaries[k], summaries[later]
         size = after.offset - before.offset
         by_load = after.ratio * (after.gradient - before.gradient) * priors.pull_sd_m_s2
         sd = math.hypot(before.offset_sd, after.offset_sd, by_load, math.sqrt(2.0) * priors.offset_noise_sd_rad)
-        if is_step(size, sd):
+        if _is_step(size, sd):
             steps.append(LogStep(later, size, sd))
     return steps
 
 
-def is_step(size: float, sd: float) -> bool:
+def _is_step(size: float, sd: float) -> bool:
     """Whether two neighbouring drives differ by more than drives with one offset do; rad."""
     return abs(size) > max(_STEP_MIN_RAD, _STEP_SDS * sd)
 
@@ -128,7 +135,7 @@ def is_step(size: float, sd: float) -> bool:
 def _is_new(step: LogStep, usable: Sequence[int], summaries: Sequence[Summary]) -> bool:
     """Whether the drive after the step differs as much from most of those before it: the one before may be wrong."""
     before = float(np.median([summaries[k].offset for k in usable if k < step.at]))
-    return is_step(summaries[step.at].offset - before, step.sd)
+    return _is_step(summaries[step.at].offset - before, step.sd)
 
 
 def _as_one_drive(

@@ -232,7 +232,7 @@ def _direction(found: Shown) -> str:
 def _correction(answer: Estimates, found: Shown) -> str:
     """The sum to add, as rounded in the headline, in the count of the truck's own network; with a correction that is
     applied already, also the sum of both."""
-    if not _counts_right(answer):
+    if answer.vehicle.angle_sign > 0:
         return f"Add {_sum(answer, found, 1.0)}."
     return f"In the count of this truck's network, where right is positive, add {_sum(answer, found, -1.0)}."
 
@@ -248,9 +248,4 @@ def _sum(answer: Estimates, found: Shown, sign: float) -> str:
 
 def _with_left_positive(answer: Estimates, found: Shown) -> str:
     """The sum with the opposite sign, for a tool that does not count as the network."""
-    return f"A tool where left is positive needs {_sum(answer, found, 1.0)}." if _counts_right(answer) else ""
-
-
-def _counts_right(answer: Estimates) -> bool:
-    entry = answer.vehicle.signals.get("steering_wheel_angle")
-    return entry is not None and entry.sign == -1
+    return f"A tool where left is positive needs {_sum(answer, found, 1.0)}." if answer.vehicle.angle_sign < 0 else ""

@@ -31,10 +31,10 @@ def by_pull(answer: Estimates, limit_deg: float) -> str:
     usual = possible_pull(
         f"{causes}, which {drives} cannot separate,", around_deg, in_deg(own), in_deg(whole), limit_deg
     )
-    return usual if "wind" in usual else f"{usual} {strong_wind(answer, limit_deg)}".strip()
+    return usual if "wind" in usual else f"{usual} {_strong_wind(answer, limit_deg)}".strip()
 
 
-def strong_wind(answer: Estimates, limit_deg: float) -> str:
+def _strong_wind(answer: Estimates, limit_deg: float) -> str:
     """A steady wind or a pull, rarer than those of the interval, that would explain an offset over the limit."""
     own = answer.offset_ci95_drive
     if own is None or not any(cause.cause == "mean_wind" for cause in answer.not_identifiable):

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from oncenter.offset.inputs import params_of
-from oncenter.offset.several_logs import is_step
+from oncenter.offset.several_logs import steps_between
 from oncenter.truck.drives import offset_alone, together
 from oncenter.truck.model import learn
 from oncenter.truck.priors import priors_of
@@ -47,11 +46,6 @@ def common_offset(drives: Sequence[Reading], vehicle: Vehicle) -> Common | None:
         return None
     params = params_of(vehicle, None)
     priors = priors_of(params)
-    noise = math.sqrt(2.0) * priors.offset_noise_sd_rad
-    changed = [
-        is_step(after.offset - before.offset, math.hypot(before.offset_sd, after.offset_sd, noise))
-        for before, after in pairwise(drives)
-    ]
     summaries = [
         replace(
             offset_alone(drive.offset, drive.offset_sd, vehicle.ratio_near_centre, vehicle.traffic_sign),
@@ -61,7 +55,10 @@ def common_offset(drives: Sequence[Reading], vehicle: Vehicle) -> Common | None:
         )
         for drive in drives
     ]
-    model = learn(together([summaries]), priors, np.array([[False, *changed]]))
+    every, changed = range(len(drives)), np.zeros((1, len(drives)), bool)
+    for step in steps_between(summaries, every, every, priors):
+        changed[0, step.at] = True
+    model = learn(together([summaries]), priors, changed)
     own_sd = float(model.spread_sd[0])
     return Common(
         float(model.offset[0]),

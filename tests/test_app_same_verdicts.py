@@ -57,7 +57,8 @@ def test_the_page_has_word_and_code_of_the_command(
 def kept_truck(file: Path, kind: str, trucks: Path) -> str:
     """A truck's file with its database, as if it had been kept on the page."""
     trucks.mkdir(exist_ok=True)
-    text = file.read_text(encoding="utf-8").replace("network.dbc", f"{kind}.dbc")
+    text = file.read_text(encoding="utf-8").replace("network.dbc", f"{kind}/network.dbc")
     (trucks / f"{kind}.toml").write_text(text, encoding="utf-8")
-    shutil.copy(file.with_name("network.dbc"), trucks / f"{kind}.dbc")
+    (trucks / kind).mkdir()
+    shutil.copy(file.with_name("network.dbc"), trucks / kind)  # its name stands in the verdict
     return kind

@@ -180,7 +180,8 @@ def test_a_network_that_counts_right_as_positive_gets_the_correction_in_its_own_
     truck = truck.model_copy(update={"offset_applied_deg": applied_deg})
     found = about_offset(with_offset(replace(answer, vehicle=truck), 3.04))
     assert found.action == f"In the count of this truck's network, where right is positive, {own}"
-    assert f"reads 3.0 deg to the left. A tool where left is positive needs {left_positive}" in found.note
+    assert "reads 3.0 deg to the left. A tool whose angle falls in a turn to the right counts left" in found.note
+    assert f"as positive, and needs {left_positive}" in found.note
     to_right = about_offset(with_offset(replace(answer, vehicle=truck), -3.04))
     assert "where right is positive, add -3.0 deg" in to_right.action and "3.0 deg to the right" in to_right.note
     not_reversed = about_offset(with_offset(answer, 3.04))

@@ -30,7 +30,7 @@ async function asked(wrong, action) {
   try {
     return await action();
   } catch (error) {
-    if (!atField(error)) part(wrong).textContent = error.message;
+    if (!atField(error)) part(wrong).textContent = texts[`error_${error.code}`] ?? error.message;
   }
 }
 
@@ -198,7 +198,7 @@ const truckOf = ({group, name}) => `${group} ${name}`;
 part("begin").addEventListener("click", () => {
   const chosen = part("truck").selectedOptions[0];
   if (!chosen.value && part("other").open && part("name").value) {
-    part("answer").replaceChildren(made("p", texts.needs_next, "wrong"));
+    part("answer").replaceChildren(made("p", !part("signals").hidden ? texts.needs_keep : texts.needs_next, "wrong"));
     return;
   }
   const given = {group: chosen.parentElement.dataset.group ?? chosen.value, name: chosen.value};
@@ -211,7 +211,10 @@ part("begin").addEventListener("click", () => {
 
 // An answer is about the truck, the logs and the limit that are chosen: it goes with them.
 const forgetAnswer = () => {
-  if (!running) part("answer").replaceChildren();
+  const shown = part("answer");
+  if (running || !shown.firstChild) return;
+  shown.style.minHeight = `${shown.offsetHeight}px`; // else the page moves away under a click that is under way
+  shown.replaceChildren(made("p", texts.changed, "note"));
 };
 part("truck").addEventListener("change", () => {
   if (!part("name").readOnly) return;
@@ -225,6 +228,7 @@ async function begin(path, given, done, shown, about) {
   if (part("begin").ariaDisabled) return; // not disabled: that would take the focus of a keyboard away
   part("begin").ariaDisabled = "true";
   shown.replaceChildren(made("p", texts.reading), made("progress"));
+  shown.style.minHeight = "";
   try {
     const key = (await send("POST", path, given)).answer;
     running = key;
@@ -265,10 +269,12 @@ function failure({code, message}, about) {
 
 // Without the sentences about the command line and its files: what they do is done by buttons here.
 const COMMAND = /\[signals\]|--\w|vehicle file|oncenter \w+( [A-Z-]|$)|traffic_side|`/;
-function onPage(text) {
+function onPage(text, adds = true) {
   const sentences = text.split(/(?<=[.:;]) /), kept = sentences.filter((each) => !COMMAND.test(each));
   if (kept.length === sentences.length) return text;
-  return [...kept, texts.by_buttons].join(" ").replace(/[:;] (?=“|$)/, ". ");
+  const isOfOwn = part("truck").selectedOptions[0].parentElement.dataset.group === "yours"; // it has these buttons
+  if (adds && isOfOwn) kept.push(texts.by_buttons);
+  return (kept.length ? kept : [text]).join(" ").replace(/[:;] (?=“|$)/, ". ");
 }
 
 const filled = (text, ...values) => values.reduce((rest, value) => rest.replace("{}", value), text);

@@ -56,7 +56,7 @@ function explained(code, kind, found) {
       const {text} = await send("GET", `/explanations/${code}`);
       const section = text.split(`${code} (`).find((each) => each.startsWith(`${kind})`)) ?? text;
       const paragraphs = section.split("\n\n").filter((each) => (found ? /^(What it means|Likely)/ : /^(What|Likely)/).test(each)); // without an example
-      words.replaceChildren(...[...(found ? [found] : []), ...paragraphs].map((each) => made("p", onPage(each.replace(/\s+/g, " ")))));
+      words.replaceChildren(...[...(found ? [found] : []), ...paragraphs].map((each) => made("p", onPage(each.replace(/\s+/g, " "), false))));
     } catch (error) {
       words.textContent = error.message;
     }
@@ -80,6 +80,7 @@ function waysBack() {
   const clear = (focused) => {
     for (const button of part("logs").querySelectorAll("button")) button.click();
     part("answer").replaceChildren();
+    part("answer").style.minHeight = "";
     part(focused).focus();
   };
   log.addEventListener("click", () => clear("files"));

@@ -178,6 +178,8 @@ ENGLISH: Mapping[str, str] = {
     "cancelled": "Cancelled. Nothing was changed.",
     "lost": "The connection to oncenter is lost. Start it again, and open the page that it opens.",
     "needs_truck": "Choose a truck first.",
+    "needs_keep": "Press “Keep this truck” below its signals first.",
+    "changed": "Something was changed: estimate again.",
     "needs_next": "Press “Next” in “Another truck” first, so that this truck is kept.",
     "needs_log": "Drop a log first.",
     "waits": "Wait until all logs are copied.",
@@ -204,6 +206,8 @@ ENGLISH: Mapping[str, str] = {
     "this truck” above and choose one of them, or ask the person who recorded the log.",
     "error_time_out_of_range": "the times of this log are in another unit than they say. Name their column with its "
     "unit, such as time_ms, and drop the log again.",
+    "error_missing_extra": "this installation cannot read such a file. What is missing is added in the "
+    "same environment: pip install 'oncenter[all]'. Then start the page again.",
     "error_different_trucks": "these logs are of different trucks. Use the logs of one truck alone.",
     "local": "Everything stays on this computer: no log and no answer leaves it.",
     # A request that is refused, here and on the live page.

@@ -248,4 +248,7 @@ def _sum(answer: Estimates, found: Shown, sign: float) -> str:
 
 def _with_left_positive(answer: Estimates, found: Shown) -> str:
     """The sum with the opposite sign, for a tool that does not count as the network."""
-    return f"A tool where left is positive needs {_sum(answer, found, 1.0)}." if answer.vehicle.angle_sign < 0 else ""
+    if answer.vehicle.angle_sign > 0:
+        return ""
+    needs = _sum(answer, found, 1.0)
+    return f"A tool whose angle falls in a turn to the right counts left as positive, and needs {needs}."

@@ -1,6 +1,7 @@
 """What the bus says of stability control, ABS, reverse gear, a steering assistance and a lifted axle."""
 
 import numpy as np
+import polars as pl
 import pytest
 from random_drives import RATIO, WHEELBASE, Array, drive
 from saved_ecu import Ecu, legs
@@ -10,7 +11,10 @@ from test_core_sensor_fault import judged
 import oncenter as oc
 from oncenter import _core
 from oncenter._native import ffi, lib
+from oncenter.findings import Finding
 from oncenter.plausibility import check
+from oncenter.plausibility.grid_signals import GridSignals
+from oncenter.plausibility.reversing import reversing
 from oncenter.signals import DEGREE, SIGNALS, STATUSES, Signals, Source
 
 RATE_HZ = 100.0
@@ -32,14 +36,14 @@ def during(begin_s: float, end_s: float, count: int = 6000) -> Array:
     return ((t >= begin_s) & (t < end_s)).astype(float)
 
 
-def in_a_yard(begin_s: float = 110.0, end_s: float = 250.0) -> tuple[Columns, Array]:
+def in_a_yard(begin_s: float = 110.0, end_s: float = 250.0, backward_m_s: float = 6.0) -> tuple[Columns, Array]:
     """Six minutes in bends, part of them backward, with speeds as most buses have them: without sign."""
     random, t = np.random.default_rng(1), np.arange(36_000) / RATE_HZ
     knots = np.arange(0.0, 368.0, 4.0)
     bends = np.interp(t, knots, random.normal(0.0, 0.02, len(knots)) * (random.random(len(knots)) < 0.6))
     curvature = np.convolve(bends, np.full(60, 1.0 / 60.0), "same")
     turns = [begin_s, begin_s + 10.0, begin_s + 20.0, end_s - 20.0, end_s - 10.0, end_s]
-    v = np.interp(t, turns, [7.0, 0.0, -6.0, -6.0, 0.0, 7.0])
+    v = np.interp(t, turns, [7.0, 0.0, -backward_m_s, -backward_m_s, 0.0, 7.0])
     yaw_rate = v * curvature
     columns = {
         "time_s": t,
@@ -102,6 +106,35 @@ def test_a_yard_in_which_a_truck_mostly_backs_up_reverses_a_sign_without_its_sta
     truck = oc.Vehicle(wheelbase_m=WHEELBASE, steering_ratio=RATIO)
     found = check(Signals(columns, sources, RATE_HZ, "yard"), truck).findings
     assert bool(found) is not has_status
+
+
+def test_a_truck_that_backs_up_slowly_accuses_no_sensor_though_the_bus_does_not_say_so() -> None:
+    columns, backward = in_a_yard(backward_m_s=3.0)
+    tight = np.where(backward > 0.5, 4.0, 1.0)  # as towards a dock
+    wheels = {name: 3.0 + tight * (columns[name] - 3.0) for name in columns if "wheel_speed" in name}
+    columns |= {ANGLE: tight * columns[ANGLE], YAW_RATE: tight * columns[YAW_RATE]} | wheels
+    assert not outputs_of(columns)["signal_fault"].any()
+
+
+def backing_up(columns: Columns) -> Finding | None:
+    drive = GridSignals(oc.from_dataframe(pl.DataFrame(columns)), None)
+    found: Finding | None = reversing(drive.seems_to_reverse, drive.step_s)
+    return found
+
+
+def test_a_truck_that_seems_to_back_up_is_said_with_its_time_unless_the_bus_says_so() -> None:
+    columns, backward = in_a_yard(backward_m_s=3.0)
+    columns |= {YAW_RATE: columns[YAW_RATE] * 2.0, ANGLE: columns[ANGLE] * 2.0}
+    assert backing_up(columns | {"reverse": backward}) is None
+    found = backing_up(columns)
+    assert found is not None and found.value == pytest.approx(backward.sum() / RATE_HZ, abs=5.0)
+    assert found.text.startswith(f"for {found.value:.0f} s, from 2.0 min on, the truck turns against its steering")
+
+
+def test_a_reversed_sign_is_no_backing_up() -> None:
+    columns, _ = in_a_yard(backward_m_s=3.0)
+    reversed_sign = columns | {YAW_RATE: -columns[YAW_RATE]}
+    assert backing_up(reversed_sign) is None
 
 
 def test_backing_up_is_a_reason_and_its_speed_is_negative_whether_the_bus_has_its_sign_or_not() -> None:

@@ -14,7 +14,12 @@ static const float slow_speed = 14.0f; /* m/s: maximum speed of the comparison o
 static const float with_slip_speed = 8.0f; /* m/s: minimum speed at which side slip hardly moves the accelerometer */
 static const float straight_acceleration = 0.25f; /* m/s^2: maximum lateral acceleration of a truck that hardly turns */
 static const float straight_steps_max = 300.0f; /* memory of the angle straight ahead, in steps */
+static const float straight_steps_min = 100.0f; /* number of steps in it from which the angle has a side */
 static const float held_max_s = 0.5f; /* s: time without a change after which a signal shows no motion */
+static const float reverse_speed_max = 4.0f; /* m/s: maximum speed at which a truck may reverse */
+/* rad/s: minimum turn against the angle of a truck that may reverse */
+static const float reverse_yaw_rate_min = 0.008f;
+static const int32_t against_steps_min = 10; /* minimum number of such steps, up to the lag of a comparison */
 static const int32_t level_steps = 5; /* number of steps in the mean of a level */
 static const int32_t judged_steps = 10; /* number of steps between two verdicts */
 /* of the signal: minimum of a jump in a tick: angle, yaw rate, speed, lateral acceleration */
@@ -153,11 +158,23 @@ static bool shows_motion(const oc_assignment *a, const oc_assignment_design *d, 
     return step->has[k] && (float)a->watches[k].held_ticks * d->tick_s < held_max_s;
 }
 
-/* The lateral acceleration by each signal. */
+/* Whether the truck yaws against its angle at low speed: it may reverse with an unsigned speed. `by_angle`: rad/s. */
+static bool may_reverse(oc_assignment *a, float v, float by_angle, float yaw_rate) {
+    const bool known = a->straight_steps >= straight_steps_min;
+    const bool turns = known && oc_min(fabsf(by_angle), fabsf(yaw_rate)) > reverse_yaw_rate_min;
+    const bool slow = v < reverse_speed_max;
+    const bool against = by_angle * yaw_rate < 0.0f;
+    a->against_steps = !slow || (turns && !against) ? 0 : a->against_steps + (turns ? 1 : 0);
+    return a->against_steps >= against_steps_min;
+}
+
+/* The lateral acceleration by each signal; of none where the truck may reverse. */
 static void compare_motion(oc_assignment *a, const oc_assignment_design *d, const step_means *step) {
     const float *mean = step->of;
     const float v = mean[VXS], by_yaw_rate = mean[YAW] * v;
-    const bool rolls = step->has[VXS] && v > compared_speed;
+    const float by_turned = (mean[SWA] - a->straight_angle) * v * d->per_ratio_times_wheelbase; /* rad/s; 0: no angle */
+    const bool backward = may_reverse(a, v, step->has[SWA] ? by_turned : 0.0f, mean[YAW]);
+    const bool rolls = step->has[VXS] && v > compared_speed && !backward;
     const bool steers = rolls && shows_motion(a, d, step, SWA), turns = rolls && shows_motion(a, d, step, YAW);
     const bool leans = rolls && shows_motion(a, d, step, AYS);
     const float turned = mean[SWA] - follow_straight_angle(a, mean[SWA], steers && turns, by_yaw_rate);

@@ -66,6 +66,7 @@ typedef struct {
     int32_t valid_ticks[OC_WATCHED];
     int32_t place;             /* of this step, in the rings */
     int32_t level_steps;       /* in this mean of a level */
+    int32_t against_steps;     /* at low speed, in which the truck turned against its angle */
     int32_t steps_to_judge;
     int32_t started;           /* bits of the signals that had a value */
     int32_t at_fault;          /* oc_signal_bit */

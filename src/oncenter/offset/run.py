@@ -46,7 +46,9 @@ from oncenter.offset.signals_at_fault import without_faulty_estimates
 from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout, with_fitted_product
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
 from oncenter.plausibility.check_result import NO_OFFSET
+from oncenter.plausibility.grid_signals import GridSignals
 from oncenter.plausibility.recording import recording_findings
+from oncenter.plausibility.reversing import reversing
 from oncenter.plausibility.signal_fault import SignalFault, finding_of, has_signal_fault, signal_fault
 from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.read.whole_turns import without_whole_turns
@@ -105,7 +107,7 @@ def offset(
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
     return replace(
         answer,
-        findings=(*answer.findings, *unfit, *_recording(recorded, names)),
+        findings=(*answer.findings, *unfit, *_recording(recorded, names, vehicle)),
         notes=(*answer.notes, *of_copies),
     )
 
@@ -241,13 +243,15 @@ def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[st
     return with_logs(answer, result.together)
 
 
-def _recording(drives: Sequence[Signals], names: Sequence[str]) -> list[Finding]:
-    """Values left out of each recording, its gaps and ends; with the name of the log where there are several."""
+def _recording(drives: Sequence[Signals], names: Sequence[str], vehicle: Vehicle) -> list[Finding]:
+    """Values left out of each recording, its gaps and ends, and reversing; with the log's name where there are more."""
     found = []
     for drive in drives:
         of_log = f"{Path(drive.log).name}: " if len(drives) > 1 else ""
-        of_drive = [*values_left_out(drive, names), *recording_findings(drive, names)]
-        found += [replace(each, text=of_log + each.text) for each in of_drive]
+        grid = GridSignals(drive, vehicle)
+        reverses = reversing(grid.seems_to_reverse, grid.step_s)
+        of_drive = [*values_left_out(drive, names), *recording_findings(drive, names), reverses]
+        found += [replace(each, text=of_log + each.text) for each in of_drive if each is not None]
     return found
 
 

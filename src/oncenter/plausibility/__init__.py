@@ -16,6 +16,7 @@ from oncenter.plausibility import axles, lag, presence, ratio, signal_fault, sig
 from oncenter.plausibility.check_result import CannotTell, CheckResult
 from oncenter.plausibility.grid_signals import USEFUL, GridSignals
 from oncenter.plausibility.recording import recording_findings
+from oncenter.plausibility.reversing import reversing
 from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
@@ -45,6 +46,7 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
     verdicts: list[CheckResult] = [
         *values_left_out(signals, USEFUL),
         *recording_findings(signals, USEFUL),
+        reversing(drive.seems_to_reverse, drive.step_s),
         *presence.missing(drive),
         *presence.availability(drive),
         *presence.stuck(drive),

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
+from oncenter.plausibility.reversing import Steps, seems_to_reverse
 from oncenter.signals import SIGNALS, Signals
 from oncenter.tuned import TUNED
 from oncenter.vehicle import Vehicle
@@ -45,7 +46,17 @@ class GridSignals:
 
     @cached_property
     def yaw_rate(self) -> Column:
-        return self._means("yaw_rate")
+        """Without the time in which the truck reverses or seems to: by an unsigned speed it contradicts the others."""
+        reverses = self._means("reverse") > 0.0
+        return np.where(reverses | self.seems_to_reverse, np.nan, self._means("yaw_rate"))
+
+    @cached_property
+    def seems_to_reverse(self) -> Steps:
+        """Never where the log says it."""
+        if np.isfinite(self.ticks("reverse")).any():
+            return np.zeros(len(self.speed), bool)
+        product = self.ratio_times_wheelbase_m()
+        return seems_to_reverse(self.angle, self._means("yaw_rate"), self.speed, self.step_s, product)
 
     @cached_property
     def speed(self) -> Column:

@@ -66,6 +66,9 @@ def core_says(**others: Any) -> dict[str, Any]:
         "loaded_left_s": 200.0,
         "loaded_right_s": 300.0,
         "unexplained": 0.3 * DEGREE,
+        "steered_s": 0.0,
+        "steered_since_s": 0.0,
+        "steered_by": 0.0,
         "bank_mean": 0.2,
         "bank_time": 1700.0,
         "bank_low": 0.1,
@@ -298,6 +301,16 @@ def test_an_axle_set_up_for_the_crown_explains_a_neutral_acceleration_where_traf
     falls = {"unloading_acceleration": estimate(-0.2, 0.01), "bank_mean": -0.2}
     left = findings(traffic_sign=-1.0, **falls)["unloading_off_zero"].text
     assert "1.5 deg higher" in left
+
+
+def test_a_motor_that_seems_to_steer_is_reported_with_the_signal_to_record_unless_the_bus_has_it() -> None:
+    steered = {"steered_s": 32.0, "steered_since_s": 372.0, "steered_by": 2.6 * DEGREE}
+    found = findings(**steered)["seems_steered"]
+    assert (found.severity, found.value, found.unit) == ("warning", 32.0, "s")
+    assert found.text.startswith("for 32 s, from 6 min of used driving on, the steering wheel angle is 2.6 deg off")
+    assert "record the signal 'steering_assist_active'" in found.text
+    rejected = [100.0 * (reason == "steering_assist") for reason in _core.REASONS]
+    assert "steering_assist_active" not in findings(**steered, rejected=rejected)["seems_steered"].text
 
 
 def test_an_axle_that_may_be_set_up_for_a_crown_to_either_side_is_a_warning() -> None:

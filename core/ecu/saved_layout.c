@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x7743F157u;
+static const uint32_t layout_hash = 0x0FE57CE5u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -58,7 +58,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
     DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 25), INTEGERS(oc_state, evidence.gyro_bias.due, 8),
     ENUMS(oc_state, evidence.gyro_bias.status, 1), DOUBLES(oc_state, evidence.wheel_speed.difference, 3),
-    INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 29),
+    INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 33),
     DOUBLES(oc_state, evidence.joint.speed_mean, 5),
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),

@@ -110,6 +110,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.gyro_bias.past.bias), 1, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.past.covariance), OC_GYRO_BIAS_STATES, PLACE, 1, 0},
     {offsetof(oc_state, evidence.joint.along), 2, SECOND, 1, 0}, /* and across */
+    {offsetof(oc_state, evidence.joint.checked_s), 3, SUM, 1, 0}, /* to outlying_sum */
     {offsetof(oc_state, evidence.joint.second.used_s), 2, NOT_NEGATIVE, 1, 0}, /* and trial_s */
     {offsetof(oc_state, evidence.joint.second.second_s), 1, SECOND, 1, 0},
     {offsetof(oc_state, evidence.joint.second.reference), 1, NOT_NEGATIVE, 1, 0},
@@ -120,6 +121,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.hypotheses[0].long_blocks.factor), 1, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].age), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].lean), 3, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES}, /* and on */
     {offsetof(oc_state, evidence.joint.hypotheses[0].pull_variance), 1 + OC_OF_COUNT, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.torque.terms), OC_TORQUE_TERMS, TORQUE, 1, 0},

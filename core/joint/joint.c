@@ -21,6 +21,8 @@ static const double wandering_memory_s = 200.0; /* s: memory of the mean bank if
 static const double crowned_curvature = 0.0025; /* 1/m: curvature up to which a road is crowned */
 static const float settled_age_s = 300.0f; /* s: minimum evidence for the check for changes */
 static const float place_settling_s = 20.0f; /* s: no change is suspected after a reset of the place */
+static const float outlying_error = 2.0f * 0.017453292f; /* rad: minimum error of a second far from the prediction */
+static const float outlying_sds = 4.0f; /* the same, in standard deviations of the prediction error */
 static const float rare_flank_s = 60.0f; /* s: load on a flank until an error there may be a change */
 static const float flank_margin = 0.02f; /* m/s^2: beyond friction and a_0's sd, from which a flank is loaded */
 static const float prior_discount_max = 25.0f; /* maximum reduction of the weight of a_0's prior */
@@ -248,6 +250,24 @@ static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking,
     }
 }
 
+/* Seconds far from the prediction: where a motor steers for minutes, the driver's own steering is. */
+static void count_outlying(oc_joint *joint) {
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    const float size = fabsf(best->error), keep = joint->second.memory_share;
+    if (!(joint->second.used_s > settled_age_s)) {
+        return;
+    }
+    const bool outlying = size > outlying_error && size * size > outlying_sds * outlying_sds * best->variance;
+    joint->checked_s = keep * joint->checked_s + joint->second.second_s;
+    joint->outlying_s = keep * joint->outlying_s;
+    joint->outlying_sum = keep * joint->outlying_sum;
+    if (outlying) {
+        joint->outlying_since_s = joint->outlying_s > 0.0f ? joint->outlying_since_s : joint->second.used_s;
+        joint->outlying_s += joint->second.second_s;
+        joint->outlying_sum += joint->second.second_s * size;
+    }
+}
+
 /* Bends are banked against the crown, so the crown is that of the straights. */
 static void average(oc_joint *joint, const oc_joint_design *design, const oc_joint_tick *tick, double bank) {
     const double memory = 10.0 * (oc_joint_wanders(joint) ? wandering_memory_s : (double)design->memory_s);
@@ -412,6 +432,7 @@ static bool end_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
         const bool learned = joint->second.learns;
         watch_for_change(joint, tracking, last_offset, time);
         if (learned) {
+            count_outlying(joint);
             oc_joint_end_second(joint, design);
         }
     }

@@ -12,6 +12,7 @@ static const float of_movement = 1.25f; /* sd of a moving offset over its recent
 static const float wheelbase_observable = 0.02f; /* maximum sd of an identified wheelbase, as a share */
 static const float gradient_max = 1.2f * 0.017453292f; /* rad/(m/s^2): maximum understeer gradient of any truck */
 static const float wheelbase_off_max = 0.3f; /* maximum error of the wheelbase of an answer that is valid, as a share */
+static const float steered_sd_share = 0.33f; /* sd by an unknown flank over the error of the seconds that show it */
 /* sd by an axle set up for the crown, over its effect, from which it is likely where the side is unknown */
 static const float set_up_likely = 0.47f;
 /* end */
@@ -59,6 +60,10 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
         found.parts.drive_sd = root_sum_square(found.parts.drive_sd, by_leak);
         found.of[OC_OF_OFFSET].sd = root_sum_square(found.of[OC_OF_OFFSET].sd, by_leak);
     }
+    const float by_flank = steered_sd_share * oc_joint_steered_by(&evidence->joint);
+    found.parts.drive_sd = root_sum_square(found.parts.drive_sd, by_flank);
+    found.of[OC_OF_OFFSET].sd = root_sum_square(found.of[OC_OF_OFFSET].sd, by_flank);
+    found.of[OC_OF_WIDTH].sd = root_sum_square(found.of[OC_OF_WIDTH].sd, by_flank);
     /* unmodelled play looks like oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
     const float K = found.of[OC_OF_GRADIENT].value;
     const bool understeers = K > 0.0f && K < gradient_max;

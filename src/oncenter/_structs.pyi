@@ -62,6 +62,9 @@ class OcAnswer(TypedDict):
     lacking_to_left: float
     lacking_to_right: float
     unexplained: float
+    steered_s: float
+    steered_since_s: float
+    steered_by: float
     offset_per_yaw_rate_bias: float
     bank_mean: float
     bank_time: float

@@ -64,6 +64,7 @@ def joint_findings(
     yield other_side
     yield _may_be_set_up(native, params, traffic_sign)
     yield _accelerometer_moves(native, params)
+    yield _seems_steered(native)
     yield unknown_truck(native, vehicle)
     yield None if vehicle.assumed else _wheelbase(native, steering_ratio, vehicle.wheelbase_m)
     yield _evidence(native, params)
@@ -295,6 +296,22 @@ def _accelerometer_moves(found: Kind, native: _core.OcAnswer, params: Mapping[st
         "warms up or a changing wind causes this. The interval of the offset allows for it",
         moved,
         severity="info",
+    )
+
+
+@finding("seems_steered", "warning", "s")
+def _seems_steered(found: Kind, native: _core.OcAnswer) -> Finding | None:
+    """Seconds far from the prediction, too many for kerbs and gusts: the other flank of the play than usual."""
+    if native["steered_s"] <= 0.0:
+        return None
+    is_told = dict(zip(_core.REASONS, native["rejected"], strict=True))["steering_assist"] > 0.0
+    tell = "" if is_told else ", or record the signal 'steering_assist_active'"
+    return found(
+        f"for {native['steered_s']:.0f} s, from {native['steered_since_s'] / 60.0:.0f} min of used driving on, the "
+        f"steering wheel angle is {native['steered_by'] / DEGREE:.1f} deg off the motion of the truck: something seems "
+        "to steer in the rest of the time, such as lane keeping while a hand rests on the wheel. The loaded flank of "
+        f"the play is unknown then, so the offset is less certain. Drive 20 min without the assistance{tell}",
+        native["steered_s"],
     )
 
 

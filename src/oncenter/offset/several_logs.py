@@ -214,6 +214,9 @@ def _with_times(answer: _core.OcAnswer, drives: Sequence[Drive]) -> _core.OcAnsw
     loaded_left_s = sum(native["loaded_left_s"] for native in natives)
     loaded_right_s = sum(native["loaded_right_s"] for native in natives)
     moved = max(natives, key=_moved_accelerometer)
+    steered = max(natives, key=lambda native: native["steered_s"])
+    answer["steered_s"], answer["steered_since_s"] = steered["steered_s"], steered["steered_since_s"]
+    answer["steered_by"] = steered["steered_by"]
     answer["duration"] = sum(native["duration"] for native in natives)
     answer["used"] = sum(native["used"] for native in natives)
     answer["unused"] = sum(native["unused"] for native in natives)

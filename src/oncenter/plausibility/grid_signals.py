@@ -46,9 +46,8 @@ class GridSignals:
 
     @cached_property
     def yaw_rate(self) -> Column:
-        """Without the time in which the truck reverses or seems to: by an unsigned speed it contradicts the others."""
-        reverses = self._means("reverse") > 0.0
-        return np.where(reverses | self.seems_to_reverse, np.nan, self._means("yaw_rate"))
+        """NaN while the truck seems to reverse: by an unsigned speed it contradicts the others."""
+        return np.where(self.seems_to_reverse, np.nan, self._means("yaw_rate"))
 
     @cached_property
     def seems_to_reverse(self) -> Steps:

@@ -34,7 +34,14 @@ class Driving(NamedTuple):
 def next_driving(answer: Estimates) -> Driving:
     """The most pressing lack first."""
     lacks = (_values(answer), _signal(answer), _speed(answer), _gate(answer), _accelerometer(answer), _loading(answer))
-    others = (_evidence(answer), _side(answer), _tighter_bends(answer), _settled(answer), _narrower(answer))
+    others = (
+        _evidence(answer),
+        _assistance(answer),
+        _side(answer),
+        _tighter_bends(answer),
+        _settled(answer),
+        _narrower(answer),
+    )
     found = next(filter(None, (*lacks, *others)), None)
     return found or Driving(f"drive 10 more minutes {_both_sides(answer)}", _why_not_valid(answer))
 
@@ -129,6 +136,14 @@ def _evidence(answer: Estimates) -> Driving | None:
     if not is_of_speed:
         why += f", {answer.rejected_s[reason]:.0f} s were rejected for {reason.replace('_', ' ')}"
     return Driving(f"drive {minutes(lacking_s)} {how}, {_both_sides(answer)}", f"{why}.")
+
+
+def _assistance(answer: Estimates) -> Driving | None:
+    """A motor that seems to steer leaves the flank of the play unknown."""
+    finding = finding_of(answer, "seems_steered")
+    if finding is None:
+        return None
+    return Driving("drive 20 minutes without steering assistance, or log its status", _sentence(finding.text))
 
 
 def _side(answer: Estimates) -> Driving | None:

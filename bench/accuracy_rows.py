@@ -50,6 +50,7 @@ from oncenter.simulate.truth import Truth
 from oncenter.thesis.steady import LAYOUTS
 from oncenter.vehicle import Vehicle, vehicle_from
 
+_REAR_AXLES = {"4x2": "rear", "6x2": "tag"}  # of a vehicle file, by layout
 DURATION_S = 1200.0
 TORQUE_ZERO_SD_N_M = 0.1  # of the torque sensor
 MOVING_M_S = 3.0  # minimum speed of the joint method
@@ -208,6 +209,7 @@ def vehicle_file(row: Row, truck: Truck, truth: Truth, random: Random) -> Vehicl
             "track_width_front_m": truck.track_width_front_m,
             "track_width_rear_m": truck.track_width_rear_m,
             "axle_layout": truck.axle_layout,
+            **({} if truck.rear_steering is None else {"rear_axle_steers": _REAR_AXLES[truck.axle_layout]}),
             **({} if given_side is None else {"traffic_side": given_side}),
             "params": {"use_accelerometer": row.uses_accelerometer},
         },

@@ -42,23 +42,35 @@ def record(row: str, seed: int, folder: Path, with_angle: bool, params: Mapping[
     """One drive; angles in deg."""
     driven = drive((EFFECTS | STATUS_ROWS)[row], seed, folder)
     answer = oc.offset(driven.signals, driven.vehicle, params=params)
-    target = float(driven.target_rad[-1])
+    front = float(driven.target_rad[-1])
+    target = front - rear_part_rad(driven)
+    offset = answer.combined_offset or answer.offset
     unloads = float(np.nan_to_num(driven.truth.unloading_acceleration_m_s2))
     by_wind = held_against_wind_rad(driven) if row in WINDS else 0.0
     pulled = driven.angle_per_m_s2 * unloads + by_wind
-    said: Record = {"row": row, "seed": seed, "valid": answer.offset.status == "valid"}
-    said |= _judged("offset", answer.offset, target, target)
-    less_pull = _judged("offset", answer.offset, target + pulled, target + pulled)
+    said: Record = {"row": row, "seed": seed, "valid": offset.status == "valid"}
+    said |= _judged("offset", offset, target, target)
+    less_pull = _judged("offset", offset, target + pulled, target + pulled)
     said |= {f"less_pull_{key}": value for key, value in less_pull.items()}
-    said |= _of_drive(answer, target + answer.offset_per_acceleration * unloads + by_wind)
+    said |= _of_drive(answer, front + answer.offset_per_acceleration * unloads + by_wind)
     for name, truth in _truths(driven).items():
         said |= _judged(name, getattr(answer, name), *truth)
+    if answer.rear_axle_offset is not None:
+        rear = driven.truth.rear_axle_offset_rad or 0.0
+        said |= _judged("front_axle", answer.offset, front, front)
+        said |= _judged("rear_axle", answer.rear_axle_offset, rear, rear)
     said["findings"] = [finding.code for finding in answer.findings if finding.severity != "info"]
     said["names_accelerometer"] = any(finding.code == "lateral_acceleration_moves" for finding in answer.findings)
     said["errors"] = [finding.code for finding in answer.findings if finding.severity == "error"]
     said["fault"] = answer.sensor_fault
     said["changes_deg"] = [(change.size_rad or 0.0) / DEGREE for change in answer.changes]
     return said | (_angle(driven) if with_angle else {})
+
+
+def rear_part_rad(driven: Drive) -> float:
+    """The rear axle's part of the offset, where the log has that axle's angle: ratio times weight times its offset."""
+    weight = driven.vehicle.params.get("rear_axle_weight_1", 0.0)
+    return driven.vehicle.ratio_near_centre * weight * (driven.truth.rear_axle_offset_rad or 0.0)
 
 
 def held_against_wind_rad(driven: Drive) -> float:
@@ -166,6 +178,12 @@ def summary(row: str, part: pl.DataFrame) -> Record:
     said["changes_deg"] = [round(size, 1) for sizes in part["changes_deg"].to_list() for size in sizes]
     said["names_accelerometer"] = int(part["names_accelerometer"].sum())
     said["faults"] = [fault for fault in part["fault"].to_list() if fault != "none"]
+    if "rear_axle_error" in part.columns and part["rear_axle_error"].count() > 0:
+        said["both_axles"] = {
+            name: (part[f"{name}_error"].count(), int(part[f"{name}_holds"].sum()), float(error.abs().max()))
+            for name in ("front_axle", "rear_axle")
+            for error in [part[f"{name}_error"].cast(pl.Float64)]
+        }
     if "angle_rms" in part.columns and part["angle_rms"].null_count() == 0:
         said["angle"] = (float(part["angle_rms"].median() or 0), float(part["angle_covered"].mean() or 0))
     return said
@@ -185,7 +203,7 @@ def print_table(summaries: Sequence[Record]) -> None:
             f"{s['all_error'][0]:6.2f}{s['all_error'][1]:6.2f} | drive {s['drive_covered_valid']:3}"
             f"{s['drive_covered']:4} {s['drive_ratio']:.2f} | {others} "
             f"{s['accused'] or ''} {s['faults'] or ''} {s['changes_deg'] or ''}{angle}"
-            f" names accelerometer {s['names_accelerometer']}"
+            f" names accelerometer {s['names_accelerometer']} {s.get('both_axles', '')}"
         )
 
 

@@ -202,6 +202,12 @@ def _offset(schema: str) -> Schema:
         "ratio_times_wheelbase": quantity("m", "Steering ratio times wheelbase that fits the bends."),
         "understeer_at_steering_wheel": quantity("deg/(m/s^2)", "Steering wheel angle per lateral acceleration."),
     }
+    both_axles = {
+        "combined_offset": quantity(
+            "deg", "Of a truck whose rear axle steers: front offset less ratio times weight times the rear axle's."
+        ),
+        "rear_axle_offset": quantity("deg", "Of that axle's sensor, road wheel angle."),
+    }
     fields = {
         "schema": text(_SCHEMA_OF, choices=[f"oncenter/{schema}"]),
         "version": _VERSION,
@@ -216,6 +222,7 @@ def _offset(schema: str) -> Schema:
             variance_if_independent_deg2=variance,
             **({} if is_first else parts),
         ),
+        **({} if is_first else both_axles),
         **({} if is_first else {"correction": correction, **verdicts}),
         "understeer_gradient": quantity("deg/(m/s^2)", "Front wheel angle per lateral acceleration."),
         "backlash": quantity("deg", "Free play of the steering at the steering wheel, full width."),
@@ -245,7 +252,7 @@ def _offset(schema: str) -> Schema:
     return object_of(
         f"Answer of `oncenter offset --json --schema {schema}`.",
         fields,
-        optional=(*verdicts, *at_steering_wheel, "accounts"),
+        optional=(*verdicts, *both_axles, *at_steering_wheel, "accounts"),
     )
 
 

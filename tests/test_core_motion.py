@@ -10,12 +10,12 @@ from hypothesis import strategies as st
 from oncenter._native import ffi, lib
 
 
-def motion_of(r: float, v: float, a_y: float = 0.0, angle: float = 0.0, accelerometer: bool = True) -> Any:
-    tick = ffi.new(
-        "oc_filtered *",
-        {"yaw_rate": r, "vehicle_speed": v, "lateral_acceleration": a_y, "steering_wheel_angle": angle},
-    )
-    return lib.oc_motion_of(tick, 75.0, accelerometer)
+def motion_of(
+    r: float, v: float, a_y: float = 0.0, angle: float = 0.0, accelerometer: bool = True, rear: float = 0.0
+) -> Any:
+    motion = {"yaw_rate": r, "vehicle_speed": v, "lateral_acceleration": a_y}
+    tick = ffi.new("oc_filtered *", {**motion, "steering_wheel_angle": angle, "rear_axle_angle": rear})
+    return lib.oc_motion_of(tick, 75.0, 12.0, accelerometer)
 
 
 def test_the_motion_follows_the_equations() -> None:

@@ -25,9 +25,9 @@ def design_of(
 def filtered(design: Any, angle: Array, yaw_rate: Array, speed: Array, acceleration: Array) -> Iterator[Any]:
     """Each tick as an oc_filtered, after a restart at the first, and whether the filters have settled."""
     state = ffi.new("oc_preprocess_state *")
-    lib.oc_preprocess_restart(state, design, angle[0], yaw_rate[0], speed[0], acceleration[0])
+    lib.oc_preprocess_restart(state, design, angle[0], yaw_rate[0], speed[0], acceleration[0], 0.0)
     for tick in zip(angle.tolist(), yaw_rate.tolist(), speed.tolist(), acceleration.tolist(), strict=True):
-        out = lib.oc_preprocess_update(state, design, *tick)
+        out = lib.oc_preprocess_update(state, design, *tick, 0.0)
         yield out, lib.oc_preprocess_settled(state, design)
 
 
@@ -124,9 +124,9 @@ def test_the_filters_settle_when_all_members_have_settled(rate_hz: float) -> Non
 def test_a_restart_clears_the_filters() -> None:
     design = design_of(100.0)
     fresh, used = ffi.new("oc_preprocess_state *"), ffi.new("oc_preprocess_state *")
-    lib.oc_preprocess_restart(used, design, 9.0, 9.0, 9.0, 9.0)
+    lib.oc_preprocess_restart(used, design, 9.0, 9.0, 9.0, 9.0, 9.0)
     for _ in range(123):
-        lib.oc_preprocess_update(used, design, 3.0, -2.0, 30.0, 1.0)
+        lib.oc_preprocess_update(used, design, 3.0, -2.0, 30.0, 1.0, 0.5)
     for state in (fresh, used):
-        lib.oc_preprocess_restart(state, design, 0.1, 0.2, 20.0, 0.3)
+        lib.oc_preprocess_restart(state, design, 0.1, 0.2, 20.0, 0.3, 0.0)
     assert bytes(ffi.buffer(fresh)) == bytes(ffi.buffer(used))

@@ -157,7 +157,7 @@ def test_a_wrong_configured_play_is_overruled_by_loading_to_both_sides(tmp_path:
 def test_a_value_without_a_standard_deviation_is_not_used(tmp_path: Path) -> None:
     signals, _ = drive(tmp_path, "thesis_drive", 1, 120.0, "backlash_deg = 8.0")
     means = [name for name in _core.default_params() if name.startswith("known_") and "_sd_" not in name]
-    assert len(means) == 6
+    assert len(means) == 7
     answer = oc.offset(signals, truck(), params=dict.fromkeys(means, 0.05))
     assert {**answer.to_dict(), "params": {}} == {**oc.offset(signals, truck()).to_dict(), "params": {}}
 

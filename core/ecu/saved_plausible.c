@@ -116,6 +116,9 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.second.reference), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.joint.second.memory_share), 1, SHARE, 1, 0},
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.unloading), 1, ACCELERATION, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].play.wind), OC_WINDS, ACCELERATION,
+     OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].target_mean), 1, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].learned_s), 2, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].blocks.factor), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].long_blocks.factor), 1, NOT_NEGATIVE,
@@ -131,6 +134,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.torque.slow), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.torque.slow_s), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.torque.filling.torque), 3, SUM, 1, 0}, /* to place */
+    {offsetof(oc_state, learned.truck.unloading), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.angle.error_scale), 2, NOT_NEGATIVE, 1, 0}, /* and seconds */
 };
 

@@ -193,7 +193,8 @@ void oc_hypothesis_start(oc_hypothesis *h, const oc_play *play, double angle) {
 
 oc_play_motion oc_hypothesis_motion(const oc_hypothesis *h, const oc_hypothesis_design *design,
                                     const oc_motion_sample *sample) {
-    return (oc_play_motion){sample->angle, h->offset, oc_play_load(&h->play, sample), design->step_s};
+    const float centre = h->offset + sample->rear_part;
+    return (oc_play_motion){sample->angle, centre, oc_play_load(&h->play, sample), design->step_s};
 }
 
 void oc_hypothesis_sample(oc_hypothesis *h, const oc_hypothesis_design *design, const oc_motion_sample *sample) {

@@ -168,6 +168,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
     const double force = (double)design->tyre_share * tick->yaw_rate * tick->speed + before->bank;
     return (oc_motion_sample){
         .angle = (float)tick->angle,
+        .rear_part = (float)tick->rear_part,
         .residual = (float)tick->residual,
         .lateral_acceleration = (float)force,
         .yaw_acceleration = (float)(tick->yaw_rate - before->yaw_rate) / design->hypothesis.step_s,

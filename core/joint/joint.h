@@ -33,7 +33,8 @@ typedef struct {
 /* The motion at one tick, filtered, the yaw rate corrected. */
 typedef struct {
     double angle;                /* rad, as measured */
-    double residual;             /* rad, angle less i*L*r/v */
+    double rear_part;            /* rad, of the angle: i*w times the rear axle's angle */
+    double residual;             /* rad, angle less rear_part and i*L*r/v */
     double yaw_rate;             /* rad/s */
     double lateral_acceleration; /* m/s^2, as measured */
     float raw[OC_NOISY];         /* m/s^2 and rad/s, not filtered */

@@ -11,7 +11,8 @@ enum { OC_WINDS = 2 };
 /* One sample of the motion, some ten a second. */
 typedef struct {
     float angle;                /* rad, steering wheel, as measured */
-    float residual;             /* rad, angle less i*L*r/v */
+    float rear_part;            /* rad, of the angle: i*w times the rear axle's angle */
+    float residual;             /* rad, angle less rear_part and i*L*r/v */
     float lateral_acceleration; /* m/s^2, a of the method's model, with the accelerometer's bias */
     float yaw_acceleration;     /* rad/s^2 */
     float jerk;                 /* m/s^3, lateral */

@@ -97,6 +97,7 @@ static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
     const bool has_accelerometer = p->use_accelerometer != 0;
     return (oc_joint_tick){
         .angle = tick->filtered.steering_wheel_angle,
+        .rear_part = tick->motion.rear_part,
         .residual = tick->motion.residual,
         .yaw_rate = tick->filtered.yaw_rate,
         .lateral_acceleration = tick->motion.lateral_acceleration,

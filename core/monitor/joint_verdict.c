@@ -64,6 +64,9 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     found.parts.drive_sd = root_sum_square(found.parts.drive_sd, by_flank);
     found.of[OC_OF_OFFSET].sd = root_sum_square(found.of[OC_OF_OFFSET].sd, by_flank);
     found.of[OC_OF_WIDTH].sd = root_sum_square(found.of[OC_OF_WIDTH].sd, by_flank);
+    const float by_rear_zero = (float)(c->ratio_times_rear_weight * p->known_rear_axle_zero_sd_rad);
+    found.parts.drive_sd = root_sum_square(found.parts.drive_sd, by_rear_zero);
+    found.of[OC_OF_OFFSET].sd = root_sum_square(found.of[OC_OF_OFFSET].sd, by_rear_zero);
     /* unmodelled play looks like oversteer: 3 of 4 such valid answers were wrong (docs/method.md) */
     const float K = found.of[OC_OF_GRADIENT].value;
     const bool understeers = K > 0.0f && K < gradient_max;

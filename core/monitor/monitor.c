@@ -119,13 +119,23 @@ static bool needs_torque(const oc_coefficients *c) {
            c->params.torque_for_accelerometer_1 > 0.5;
 }
 
+/* Of the angle by which the truck turns. */
+static uint32_t angles_needed(const oc_coefficients *c) {
+    return OC_HAS_STEERING_WHEEL_ANGLE | (c->ratio_times_rear_weight > 0.0 ? (uint32_t)OC_HAS_REAR_AXLE_ANGLE : 0u);
+}
+
+/* rad, of a rear axle that steers; else 0, whatever the signal has. */
+static double rear_axle_angle_of(const oc_signals *signals, const oc_coefficients *c) {
+    return c->ratio_times_rear_weight > 0.0 ? signals->rear_axle_angle - c->params.known_rear_axle_zero_rad : 0.0;
+}
+
 static uint32_t signals_needed(const oc_coefficients *c) {
     if (c->params.method == OC_METHOD_WHEEL_SPEED) {
-        return OC_HAS_STEERING_WHEEL_ANGLE | (c->wheel_axle == OC_AXLE_REAR
+        return angles_needed(c) | (c->wheel_axle == OC_AXLE_REAR
                                                   ? OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT
                                                   : OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT);
     }
-    const uint32_t always = OC_HAS_STEERING_WHEEL_ANGLE | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
+    const uint32_t always = angles_needed(c) | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
     if (c->params.use_accelerometer) {
         return always | OC_HAS_LATERAL_ACCELERATION;
     }
@@ -220,8 +230,9 @@ static void watch_speed_floor(oc_tick *tick, oc_state *state, const oc_coefficie
         return;
     }
     const double straight = has_offset ? near_straight : near_unknown_straight;
-    const double turned = fabs(signals->steering_wheel_angle - learned->offset.value) - straight;
-    if ((signals->valid & OC_HAS_STEERING_WHEEL_ANGLE) != 0 && turned > 0.0) {
+    const double rear_part = c->ratio_times_rear_weight * rear_axle_angle_of(signals, c);
+    const double turned = fabs(signals->steering_wheel_angle - rear_part - learned->offset.value) - straight;
+    if ((signals->valid & angles_needed(c)) == angles_needed(c) && turned > 0.0) {
         const float resolution = oc_signal_resolution(&state->tracking.assignment.watches[OC_SPEED_WATCH]);
         const float speed = oc_max(oc_speed_floor_get(&state->evidence.speed_floor), resolution);
         tick->creep = (double)speed * turned / c->ratio_times_wheelbase;
@@ -247,17 +258,20 @@ static void average_standstill(oc_tick *tick, oc_standstill *standstill, const o
 }
 
 /* 5.1.1: filter, delay, differentiate. */
-static void preprocess(oc_tick *tick, oc_tracking *tracking, const oc_preprocess *design) {
+static void preprocess(oc_tick *tick, oc_tracking *tracking, const oc_coefficients *c) {
+    const oc_preprocess *design = &c->preprocess;
     const oc_sensed *by = &tick->sensed;
     const double angle = tick->signals.steering_wheel_angle;
+    const double rear = rear_axle_angle_of(&tick->signals, c);
     tick->reasons = tick->after_hole ? OC_REASON_GAP : 0;
     if (!tracking->running || tick->after_hole) {
-        oc_preprocess_restart(&tracking->preprocess, design, angle, by->yaw_rate, by->speed, by->lateral_acceleration);
+        oc_preprocess_restart(&tracking->preprocess, design, angle, by->yaw_rate, by->speed, by->lateral_acceleration,
+                              rear);
         tracking->joint.running = 0;
         tracking->running = 1;
     }
     tick->filtered = oc_preprocess_update(&tracking->preprocess, design, angle, by->yaw_rate, by->speed,
-                                          by->lateral_acceleration);
+                                          by->lateral_acceleration, rear);
     if (!oc_preprocess_settled(&tracking->preprocess, design)) {
         tick->reasons |= OC_REASON_SETTLING;
     }
@@ -274,7 +288,8 @@ static void follow_motion(oc_tick *tick, oc_evidence *evidence, const oc_coeffic
         filtered->yaw_rate -= tick->yaw_rate_bias;
     }
     tick->reasons |= tick->disturbed;
-    tick->motion = oc_motion_of(filtered, c->ratio_times_wheelbase, tick->sensed.use_accelerometer);
+    tick->motion = oc_motion_of(filtered, c->ratio_times_wheelbase, c->ratio_times_rear_weight,
+                                tick->sensed.use_accelerometer);
     if (p->method == OC_METHOD_JOINT) {
         tick->reasons |= oc_joint_gate(p, &tick->motion, filtered->vehicle_speed, evidence->joint.bank_mean);
         tick->reasons |= oc_gyro_bias_alarmed(&evidence->gyro_bias) ? OC_REASON_YAW_RATE_BIAS : 0u;
@@ -393,7 +408,7 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
             tracking->running = 0;
         } else {
             /* 5.1.1: filter, delay, differentiate */
-            preprocess(tick, tracking, &c->preprocess);
+            preprocess(tick, tracking, c);
             /* 5.1.2: motion and gate */
             follow_motion(tick, evidence, c);
         }

@@ -94,6 +94,7 @@ typedef struct {
     oc_angle_design angle;
     double rate_hz, tick_s;
     double ratio_times_wheelbase; /* m, i*L */
+    double ratio_times_rear_weight; /* steering wheel angle per angle of a steered rear axle; 0: none is steered */
     double ticks_per_batch;
     int32_t wheel_axle;           /* axle whose wheel speeds give the motion: the rear one if its track is given */
     double offset_per_mismatch;   /* rad of residual per r_l/r_r - 1 of that axle, i*L/track */

@@ -159,6 +159,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->rate_hz = rate_hz;
     c->tick_s = 1.0 / rate_hz;
     c->ratio_times_wheelbase = vehicle->steering_ratio * vehicle->wheelbase;
+    c->ratio_times_rear_weight = vehicle->steering_ratio * params->rear_axle_weight_1;
     c->ticks_per_batch = params->batch_s * rate_hz;
     c->wheel_axle = wheel_axle_of(vehicle);
     c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;

@@ -35,17 +35,19 @@ bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks
     return is_final;
 }
 
-oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
+oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase, double ratio_times_rear_weight,
                        bool use_accelerometer) {
     const double r = tick->yaw_rate;
     const double v = tick->vehicle_speed;
     const double curvature = r / (v > 1.0 ? v : 1.0);
+    const double rear_part = ratio_times_rear_weight * tick->rear_axle_angle;
     return (oc_motion){
         .curvature = curvature,
         .longitudinal_acceleration = tick->longitudinal_acceleration,
         .bank = use_accelerometer ? tick->lateral_acceleration - r * v : 0.0,
         .lateral_acceleration = use_accelerometer ? tick->lateral_acceleration : r * v,
-        .residual = tick->steering_wheel_angle - ratio_times_wheelbase * curvature,
+        .rear_part = rear_part,
+        .residual = tick->steering_wheel_angle - rear_part - ratio_times_wheelbase * curvature,
     };
 }
 

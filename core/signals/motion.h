@@ -46,7 +46,8 @@ typedef struct {
     double longitudinal_acceleration; /* m/s^2 */
     double bank;                      /* m/s^2, (33); 0 without an accelerometer */
     double lateral_acceleration;      /* m/s^2: measured, or r*v without an accelerometer */
-    double residual;                  /* rad: measured angle less i*L*r/v */
+    double rear_part;                 /* rad at the steering wheel: i*w times the rear axle's angle */
+    double residual;                  /* rad: measured angle less i*L*r/v, less the rear axle's part */
 } oc_motion;
 
 /* Clean ticks, pending until the t1 after them is clean, too. */
@@ -64,7 +65,7 @@ bool oc_pending_add(oc_pending *pending, int32_t ticks_per_block, int32_t blocks
                     double w, oc_moments *final);
 
 /* (32), (33) and the residual from one filtered tick. */
-oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase,
+oc_motion oc_motion_of(const oc_filtered *tick, double ratio_times_wheelbase, double ratio_times_rear_weight,
                        bool use_accelerometer);
 
 /* (34), (35) and v > 10 m/s: the reason bits, 0 if the tick is clean. */

@@ -63,11 +63,12 @@ static oc_lowpass_state lowpass_at(const oc_lowpass *design, double x) {
 }
 
 void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *design, double angle, double yaw_rate,
-                           double speed, double lateral_acceleration) {
+                           double speed, double lateral_acceleration, double rear_axle_angle) {
     memset(state, 0, sizeof *state);
     state->yaw_rate = lowpass_at(&design->lowpass, yaw_rate);
     state->vehicle_speed = lowpass_at(&design->lowpass, speed);
     state->lateral_acceleration = lowpass_at(&design->lowpass, lateral_acceleration);
+    state->rear_axle_angle = lowpass_at(&design->lowpass, rear_axle_angle);
     for (int32_t k = 0; k < OC_DELAY_MAX; ++k) {
         state->angle[k] = angle;
     }
@@ -106,7 +107,7 @@ static double delayed(oc_preprocess_state *state, const oc_preprocess *design, d
 }
 
 oc_filtered oc_preprocess_update(oc_preprocess_state *state, const oc_preprocess *design, double angle,
-                                 double yaw_rate, double speed, double lateral_acceleration) {
+                                 double yaw_rate, double speed, double lateral_acceleration, double rear_axle_angle) {
     const double smooth_speed = lowpass(&state->vehicle_speed, &design->lowpass, speed);
     differentiate(state, design, smooth_speed);
     if (state->ticks < design->settling_ticks) {
@@ -117,6 +118,7 @@ oc_filtered oc_preprocess_update(oc_preprocess_state *state, const oc_preprocess
         .yaw_rate = lowpass(&state->yaw_rate, &design->lowpass, yaw_rate),
         .vehicle_speed = smooth_speed,
         .lateral_acceleration = lowpass(&state->lateral_acceleration, &design->lowpass, lateral_acceleration),
+        .rear_axle_angle = lowpass(&state->rear_axle_angle, &design->lowpass, rear_axle_angle),
         .longitudinal_acceleration = state->speed_slope,
     };
 }

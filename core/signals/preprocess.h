@@ -31,7 +31,7 @@ typedef struct {
 } oc_preprocess;
 
 typedef struct {
-    oc_lowpass_state yaw_rate, vehicle_speed, lateral_acceleration;
+    oc_lowpass_state yaw_rate, vehicle_speed, lateral_acceleration, rear_axle_angle;
     double angle[OC_DELAY_MAX]; /* rad, ring */
     double speed[OC_SLOPE_POINTS]; /* m/s, ring, down-sampled */
     double speed_slope;         /* m/s^2, as of the last down-sampled speed */
@@ -46,6 +46,7 @@ typedef struct {
     double yaw_rate;                  /* rad/s, filtered */
     double vehicle_speed;             /* m/s, filtered */
     double lateral_acceleration;      /* m/s^2, filtered; 0 without an accelerometer */
+    double rear_axle_angle;           /* rad, filtered; 0 where no rear axle is steered */
     double longitudinal_acceleration; /* m/s^2 */
 } oc_filtered;
 
@@ -64,12 +65,12 @@ void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_
 
 /* Sets the filters to the steady state of the tick's values. */
 void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *design, double angle, double yaw_rate,
-                           double speed, double lateral_acceleration);
+                           double speed, double lateral_acceleration, double rear_axle_angle);
 
 /* Whether all members of oc_filtered have settled since the restart. */
 bool oc_preprocess_settled(const oc_preprocess_state *state, const oc_preprocess *design);
 
 oc_filtered oc_preprocess_update(oc_preprocess_state *state, const oc_preprocess *design, double angle,
-                                 double yaw_rate, double speed, double lateral_acceleration);
+                                 double yaw_rate, double speed, double lateral_acceleration, double rear_axle_angle);
 
 #endif

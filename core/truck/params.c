@@ -63,6 +63,7 @@ static const oc_params defaults = {
     .standing_crown_share_1 = 0.5,
     .standing_slope_sd_m_s2 = 0.2,
     .tandem_side_force_m2_s2 = 0.0,
+    .rear_axle_weight_1 = 0.0,
     .known_play_rad = 0.0 * DEGREE,
     .known_play_sd_rad = 0.0 * DEGREE,
     .known_understeer_gradient_rad_m_s2 = 0.0 * DEGREE,
@@ -75,6 +76,8 @@ static const oc_params defaults = {
     .known_accelerometer_bias_sd_m_s2 = 0.0,
     .known_yaw_rate_bias_rad_s = 0.0 * DEGREE,
     .known_yaw_rate_bias_sd_rad_s = 0.0 * DEGREE,
+    .known_rear_axle_zero_rad = 0.0 * DEGREE,
+    .known_rear_axle_zero_sd_rad = 0.0 * DEGREE,
     .torque_slope_n_m_m_s2 = 2.0,
     .torque_zero_sd_n_m = 0.1,
     .torque_for_accelerometer_1 = 0.0,
@@ -144,6 +147,7 @@ static const struct {
     {0.0f, 1.0f}, /* standing_crown_share_1 */
     {0.001f, 10.0f}, /* standing_slope_sd_m_s2 */
     {0.0f, 100.0f}, /* tandem_side_force_m2_s2 */
+    {0.0f, 1.5f}, /* rear_axle_weight_1 */
     {0.0f, 0.6f}, /* known_play_rad */
     {0.0f, 0.6f}, /* known_play_sd_rad */
     {-0.1f, 0.1f}, /* known_understeer_gradient_rad_m_s2 */
@@ -156,6 +160,8 @@ static const struct {
     {0.0f, 10.0f}, /* known_accelerometer_bias_sd_m_s2 */
     {-0.2f, 0.2f}, /* known_yaw_rate_bias_rad_s */
     {0.0f, 1.0f}, /* known_yaw_rate_bias_sd_rad_s */
+    {-0.8f, 0.8f}, /* known_rear_axle_zero_rad */
+    {0.0f, 0.8f}, /* known_rear_axle_zero_sd_rad */
     {0.05f, 1000.0f}, /* torque_slope_n_m_m_s2 */
     {0.001f, 100.0f}, /* torque_zero_sd_n_m */
     {0.0f, 1.0f}, /* torque_for_accelerometer_1 */
@@ -217,10 +223,11 @@ static const char *const names[] = {
     "joint_bank_change_max_m_s2", "joint_memory_s", "joint_evidence_min_s", "offset_drive_half_width_max_rad",
     "accelerometer_bias_sd_m_s2", "accelerometer_wander_sd_m_s2", "pull_sd_m_s2", "wind_sd_m_s2", "crown_m_s2",
     "crown_sd_m_s2", "set_up_probability_1", "standing_crown_share_1", "standing_slope_sd_m_s2",
-    "tandem_side_force_m2_s2", "known_play_rad", "known_play_sd_rad", "known_understeer_gradient_rad_m_s2",
-    "known_understeer_gradient_sd_rad_m_s2", "known_wheelbase_share_1", "known_wheelbase_share_sd_1", "known_pull_m_s2",
-    "known_pull_sd_m_s2", "known_accelerometer_bias_m_s2", "known_accelerometer_bias_sd_m_s2",
-    "known_yaw_rate_bias_rad_s", "known_yaw_rate_bias_sd_rad_s", "torque_slope_n_m_m_s2", "torque_zero_sd_n_m",
+    "tandem_side_force_m2_s2", "rear_axle_weight_1", "known_play_rad", "known_play_sd_rad",
+    "known_understeer_gradient_rad_m_s2", "known_understeer_gradient_sd_rad_m_s2", "known_wheelbase_share_1",
+    "known_wheelbase_share_sd_1", "known_pull_m_s2", "known_pull_sd_m_s2", "known_accelerometer_bias_m_s2",
+    "known_accelerometer_bias_sd_m_s2", "known_yaw_rate_bias_rad_s", "known_yaw_rate_bias_sd_rad_s",
+    "known_rear_axle_zero_rad", "known_rear_axle_zero_sd_rad", "torque_slope_n_m_m_s2", "torque_zero_sd_n_m",
     "torque_for_accelerometer_1",
     /* end */
     "method",

@@ -112,6 +112,9 @@ typedef struct {
     /* lateral force of the front tyres per curvature, where rear axles resist turning. 0, ours; 6x2 some 12, 8x4 10,
      * 6x4 19 */
     double tandem_side_force_m2_s2;
+    /* front wheel angle per angle of a steered rear axle on the same circle; 0: none is steered, else the signal
+     * rear_axle_angle is required. 0, the vehicle file; 1 for two axles, a tag axle some 0.6 */
+    double rear_axle_weight_1;
     /* Given values of the truck; a standard deviation of 0: not given */
     /* free play of the steering, wind-up of the column included. 0 deg, the vehicle file or the truck's memory */
     double known_play_rad;
@@ -135,6 +138,12 @@ typedef struct {
     double known_yaw_rate_bias_rad_s;
     /* its standard deviation; replaces gyro_bias_sd_rad_s. 0 deg/s, 0: not given */
     double known_yaw_rate_bias_sd_rad_s;
+    /* reading of a steered rear axle's angle sensor with that axle straight. 0 deg, the vehicle file, or an axle that
+     * was locked */
+    double known_rear_axle_zero_rad;
+    /* its standard deviation; without it the offset is the combined one of the front and the rear axle's sensors. 0
+     * deg, 0: not given */
+    double known_rear_axle_zero_sd_rad;
     /* Steering wheel torque */
     /* prior mean of the torque per lateral acceleration, sd half of it; set it for a rod's or motor's force. 2, ours: 1
      * to 3 on centre, with assistance */

@@ -85,6 +85,7 @@ class OcMotion(TypedDict):
     longitudinal_acceleration: float
     bank: float
     lateral_acceleration: float
+    rear_part: float
     residual: float
 
 class OcAngle(TypedDict):

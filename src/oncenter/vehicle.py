@@ -28,6 +28,7 @@ _CODE = "vehicle_file"  # of errors
 _OUT_OF_RANGE = ("greater_than_equal", "less_than_equal")  # errors of pydantic
 _SWITCH = "use_accelerometer"  # the only parameter that is not a quantity
 # `tandem_side_force_m2_s2`, (m/s)^2: between those of laden and of empty rigid trucks of that layout
+_REAR_AXLE_WEIGHT_1 = {"rear": 1.0, "tag": 0.6}  # `rear_axle_weight_1`; rigid 6x2 trucks have 0.57 to 0.61
 _TANDEM_SIDE_FORCE_M2_S2 = {"6x2": 12.0, "6x4": 19.0, "8x4": 10.0}
 ANY_SIDE_FORCE_M2_S2 = 8.0  # of an unknown truck without a layout: it halves the error of each layout
 # By key: the key of its standard deviation, and the params of both.
@@ -45,6 +46,7 @@ _KNOWN = {
         "known_accelerometer_bias_sd_m_s2",
     ),
     "yaw_rate_bias_deg_s": ("yaw_rate_bias_sd_deg_s", "known_yaw_rate_bias_deg_s", "known_yaw_rate_bias_sd_deg_s"),
+    "rear_axle_zero_deg": ("rear_axle_zero_sd_deg", "known_rear_axle_zero_deg", "known_rear_axle_zero_sd_deg"),
 }
 # A file that lacks one of both, or both: their values in its place, and the sd of their product, as a share.
 ASSUMED_WHEELBASE_M, ASSUMED_RATIO = 5.0, 20.0
@@ -110,6 +112,7 @@ class Vehicle(BaseModel):
     track_width_front_m: Annotated[Number, bounds("track_width_front_m")] | None = None
     track_width_rear_m: Annotated[Number, bounds("track_width_rear_m")] | None = None
     axle_layout: Literal["4x2", "6x2", "6x4", "8x4"] | None = None
+    rear_axle_steers: Literal["rear", "tag"] | None = None
     mass_kg: Annotated[Number, bounds("mass_kg")] | None = None
     understeer_gradient_deg_m_s2: Annotated[Number, bounds("understeer_gradient_deg_m_s2")] | None = None
     understeer_gradient_sd_deg_m_s2: Annotated[Number, bounds("understeer_gradient_sd_deg_m_s2")] | None = None
@@ -122,6 +125,8 @@ class Vehicle(BaseModel):
     accelerometer_bias_sd_m_s2: Annotated[Number, bounds("accelerometer_bias_sd_m_s2")] | None = None
     yaw_rate_bias_deg_s: Annotated[Number, bounds("yaw_rate_bias_deg_s")] | None = None
     yaw_rate_bias_sd_deg_s: Annotated[Number, bounds("yaw_rate_bias_sd_deg_s")] | None = None
+    rear_axle_zero_deg: Annotated[Number, bounds("rear_axle_zero_deg")] | None = None
+    rear_axle_zero_sd_deg: Annotated[Number, bounds("rear_axle_zero_sd_deg")] | None = None
     offset_applied_deg: Annotated[Number, bounds("offset_applied_deg")] = 0.0
     offset_limit_deg: Annotated[Number, bounds("offset_limit_deg")] = OFFSET_LIMIT_DEG
     traffic_side: Literal["right", "left"] | None = None
@@ -135,15 +140,17 @@ class Vehicle(BaseModel):
 
     @model_validator(mode="before")
     @classmethod
-    def _side_force_of_layout(cls, values: Any) -> Any:
-        """Sets the param of the axle layout. A value of a wrong type stays as it is: its own check names it."""
-        if not isinstance(values, dict):
+    def _params_of_axles(cls, values: Any) -> Any:
+        """Sets the params of the axles. A value of a wrong type stays as it is: its own check names it."""
+        if not isinstance(values, dict) or not isinstance(values.get("params", {}), Mapping):
             return values
-        layout, params = values.get("axle_layout"), values.get("params", {})
-        force = _TANDEM_SIDE_FORCE_M2_S2.get(layout) if isinstance(layout, str) else None
-        if force is None or not isinstance(params, Mapping):
-            return values
-        return values | {"params": {"tandem_side_force_m2_s2": force, **params}}
+        layout, steers = values.get("axle_layout"), values.get("rear_axle_steers")
+        given: dict[str, float] = {}
+        if isinstance(layout, str) and layout in _TANDEM_SIDE_FORCE_M2_S2:
+            given["tandem_side_force_m2_s2"] = _TANDEM_SIDE_FORCE_M2_S2[layout]
+        if isinstance(steers, str) and steers in _REAR_AXLE_WEIGHT_1:
+            given["rear_axle_weight_1"] = _REAR_AXLE_WEIGHT_1[steers]
+        return values | {"params": {**given, **values.get("params", {})}} if given else values
 
     @model_validator(mode="before")
     @classmethod

@@ -130,6 +130,17 @@ KEYS: dict[str, Key] = {
             "of all layouts",
         ),
         Key(
+            "rear_axle_steers",
+            "Whether a rear axle is steered: `rear`, the only rear axle; `tag`, the last one of three. The truck then "
+            "turns by the angles of both axles together: oncenter sets the parameter `rear_axle_weight_1` to 1 or 0.6, "
+            "unless [params] gives it, and uses the signal `rear_axle_angle`. The offset is then the combined one of "
+            "both sensors.",
+            "tag",
+            choices=("rear", "tag"),
+            where="Model name, data sheet, or the steering linkage at that axle.",
+            without="no rear axle is steered",
+        ),
+        Key(
             "track_width_front_m",
             "Distance between the middles of the left and the right front tyre. With it wheel speeds give the yaw "
             "rate, and its bias more accurately.",
@@ -300,6 +311,28 @@ KEYS: dict[str, Key] = {
             unit="deg/s",
             low=0.001,
             high=50.0,
+            without="none",
+        ),
+        Key(
+            "rear_axle_zero_deg",
+            "Reading of the steered rear axle's angle sensor with that axle straight, road wheel angle, positive to "
+            "the left. With it the offset is that of the steering wheel angle sensor alone.",
+            0.0,
+            unit="deg",
+            low=-20.0,
+            high=20.0,
+            usual=(-5.0, 5.0),
+            where="Lock or align the rear axle, and read the signal (`oncenter signals LOG`).",
+            without="estimated where the axle is locked in bends for a minute or more; else the offset is the combined "
+            "one of both sensors",
+        ),
+        Key(
+            "rear_axle_zero_sd_deg",
+            _SD.format("rear_axle_zero_deg"),
+            0.02,
+            unit="deg",
+            low=0.001,
+            high=20.0,
             without="none",
         ),
         Key(

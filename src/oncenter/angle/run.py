@@ -22,6 +22,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.findings import Finding
 from oncenter.offset.assemble import notes_of
 from oncenter.offset.inputs import check_without, without_unfit_wheels
+from oncenter.offset.rear_axle import WEIGHT as REAR_WEIGHT
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
 from oncenter.vehicle import Vehicle, core_of, vehicle_of
@@ -131,7 +132,9 @@ def notes_on(
 ) -> tuple[str, ...]:
     """Notes on how the drives were read and on missing signals."""
     read = notes_of(without_whole_turns((*taught_by, signals)))
-    return (*read, *lateral_force_notes(signals, vehicle, taught_by, sensor_lost_at))
+    steers = vehicle.params.get(REAR_WEIGHT, 0.0) > 0.0
+    rear = ("a rear axle steers: the angle without its sensor is not available for this truck",) if steers else ()
+    return (*read, *rear, *lateral_force_notes(signals, vehicle, taught_by, sensor_lost_at))
 
 
 def _check(signals: Signals, vehicle: Vehicle, method: str, sensor_lost_at: float | None) -> None:

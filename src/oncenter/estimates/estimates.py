@@ -47,6 +47,11 @@ class Estimates:
     list is empty and both intervals are one. `offset_per_acceleration` is the change of the offset by a pull or a mean
     crosswind, rad/(m/s^2).
 
+    Of a truck whose rear axle steers, yaw shows only `combined_offset`: the front axle's offset less ratio times weight
+    times the rear axle's, at the steering wheel. `offset` and `rear_axle_offset` (of the road wheels) are then
+    unobservable, unless the rear axle's zero is given or was read while that axle was locked. Both are None for other
+    trucks, and without that axle's angle.
+
     `zero` of the angle sensor: "fixed"; "relative", another at each start, as the sensor says or several drives show;
     "moves", changed several times or drifting.
 
@@ -90,6 +95,8 @@ class Estimates:
     next_driving: tuple[str, ...] = ()
     zero: Zero = "fixed"
     pull: Pull | None = None
+    combined_offset: Estimate | None = None
+    rear_axle_offset: Estimate | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "findings", most_severe_first(self.findings))

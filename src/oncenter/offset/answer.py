@@ -47,7 +47,7 @@ class Answer(Estimates):
         """The straight-ahead offset with both parts of its interval."""
         value, drive = self.offset.value, self.offset_half_width_rad
         if value is None or drive is None:
-            return f"straight-ahead offset {self.offset.status}"
+            return self._combined_words() or f"straight-ahead offset {self.offset.status}"
         more = 1.96 * together_rad(self.not_identifiable)
         limit_deg = self.vehicle.offset_limit_deg
         digits = shown(value / DEGREE, drive / DEGREE, limit_deg, 1 if drive >= 0.095 * DEGREE else 2).digits
@@ -59,6 +59,12 @@ class Answer(Estimates):
         if not causes:
             return words
         return f"{words}; {causes} can add ± {number(more, digits)} deg"
+
+    def _combined_words(self) -> str:
+        """Of a truck whose rear axle steers, where its zero is unknown; else empty."""
+        if self.combined_offset is None or self.combined_offset.value is None:
+            return ""
+        return f"combined offset of the front and the rear axle's sensors {self.combined_offset}"
 
     @property
     def quantities(self) -> dict[str, Estimate]:
@@ -73,6 +79,8 @@ class Answer(Estimates):
         )
         return {
             "straight-ahead offset": self.offset,
+            **({} if self.combined_offset is None else {"combined offset": self.combined_offset}),
+            **({} if self.rear_axle_offset is None else {"rear axle's offset": self.rear_axle_offset}),
             **of_ratio,
             "free play": self.backlash,
             "neutral lateral acceleration": self.unloading_acceleration,
@@ -130,6 +138,7 @@ class Answer(Estimates):
                 else self.variance_if_independent_rad2 / DEGREE**2,
                 **({} if schema == "offset-1" else self._parts()),
             },
+            **({} if schema == "offset-1" else self._of_both_axles()),
             **({} if schema == "offset-1" else self._decision()),
             "understeer_gradient": self.understeer_gradient.to_dict(),
             "backlash": self.backlash.to_dict(),
@@ -151,6 +160,10 @@ class Answer(Estimates):
             "notes": list(self.notes),
             **({} if schema == "offset-1" else {"accounts": self._accounts()}),
         }
+
+    def _of_both_axles(self) -> dict[str, Any]:
+        given = {"combined_offset": self.combined_offset, "rear_axle_offset": self.rear_axle_offset}
+        return {name: estimate.to_dict() for name, estimate in given.items() if estimate is not None}
 
     def _at_steering_wheel(self) -> dict[str, Any]:
         return {

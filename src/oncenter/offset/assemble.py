@@ -20,6 +20,7 @@ from oncenter.offset.answer import Answer
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings, moves_within, next_driving
+from oncenter.offset.rear_axle import is_combined, with_offsets_of_both_axles
 from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.withheld import Gaps, gaps_in, withheld_by_oncenter
 from oncenter.plausibility.signal_fault import has_signal_fault, signal_fault
@@ -48,7 +49,8 @@ def answer_so_far(
         OncenterError: "no_usable_second".
     """
     changes = changes_of(native, [native["changes"]], (received,))
-    return answer_of(native, changes, (received,), vehicle, "joint", params, gaps)
+    answer = answer_of(native, changes, (received,), vehicle, "joint", params, gaps)
+    return with_offsets_of_both_axles(answer)
 
 
 def answer_of(
@@ -161,6 +163,7 @@ def _findings(
             "yaw_rate" in drive.sources and "VDC2" in drive.sources["yaw_rate"].description for drive in drives
         ),
         limit_deg=vehicle.offset_limit_deg,
+        of_both_axles=is_combined(params),
         angle_ends=_angle_ends(drives) if _core.FAULTS[native["fault"]] == "lost" else None,
         withheld=withheld_by_oncenter(native, gaps or gaps_in(drives, names), names),
         measures_banks=bool(params["use_accelerometer"]) and (method != "wheel-speed" or has_acceleration),

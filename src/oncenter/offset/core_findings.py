@@ -55,6 +55,7 @@ def findings_of(
     yaw_rate_from_vdc2: bool,
     measures_banks: bool,
     limit_deg: float,
+    of_both_axles: bool = False,
     angle_ends: str | None = None,
     withheld: Withheld = NOTHING,
     of_method: Iterable[Finding | None] = (),
@@ -69,6 +70,7 @@ def findings_of(
         yaw_rate_from_vdc2: a bias that a common mistake of VDC2 senders explains is reported with that mistake.
         measures_banks: there is an accelerometer, and it is used.
         limit_deg: of the offset, either sign.
+        of_both_axles: the offset is the combined one of the front and the rear axle's sensors.
         withheld: time without a signal that the log has.
         angle_ends: time and log of the last steering wheel angle, in words; None where they are not available.
         of_method: findings of the method alone.
@@ -78,7 +80,9 @@ def findings_of(
         _missing(native, withheld),
         _withheld(native, withheld),
         _gate_shut(native, params, method),
-        _offset(native, limit_deg, has_fixed_zero=not relative_sensor and not native["offset_walks"]),
+        None
+        if of_both_axles
+        else _offset(native, limit_deg, has_fixed_zero=not relative_sensor and not native["offset_walks"]),
         _yaw_rate_bias(native, method, yaw_rate_from_vdc2),
         _yaw_rate_bias_moves(native, method, measures_banks),
         _leak("rear", native["leaked_rear"]),

@@ -9,6 +9,7 @@ from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimates.estimates import Method
 from oncenter.findings import Finding
+from oncenter.offset.rear_axle import WEIGHT
 from oncenter.plausibility.axles import without_unfit_axles
 from oncenter.signals import SIGNALS, Signals
 from oncenter.truck.fingerprint import Print, copies, fingerprint_of
@@ -96,11 +97,13 @@ def drives_in(logs: Sequence[Signals]) -> tuple[tuple[Signals, ...], ...]:
 
 
 def needed(method: Method, drives: Sequence[Signals], params: Mapping[str, float]) -> tuple[str, ...]:
+    rear = ("rear_axle_angle",) if params[WEIGHT] else ()
     if method == "wheel-speed":
-        return ("steering_wheel_angle", *_wheels(_axle(drives)))
+        return ("steering_wheel_angle", *_wheels(_axle(drives)), *rear)
     if params["use_accelerometer"]:
-        return (*_NEEDED, "lateral_acceleration")
-    return (*_NEEDED, "steering_wheel_torque") if params[_TORQUE_SWITCH] and method == "joint" else _NEEDED
+        return (*_NEEDED, "lateral_acceleration", *rear)
+    torque = ("steering_wheel_torque",) if params[_TORQUE_SWITCH] and method == "joint" else ()
+    return (*_NEEDED, *torque, *rear)
 
 
 def _wheels(axle: str) -> tuple[str, str]:

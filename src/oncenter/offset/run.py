@@ -41,6 +41,7 @@ from oncenter.offset.inputs import (
     without_copies,
     without_unfit_wheels,
 )
+from oncenter.offset.rear_axle import rear_axle_findings, with_offsets_of_both_axles, with_rear_axle
 from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.signals_at_fault import without_faulty_estimates
 from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout, with_fitted_product
@@ -100,14 +101,21 @@ def offset(
     recorded, of_copies = without_copies(in_order(drives_of(signals, "offset")))
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(params_of(vehicle, params), given, method, recorded)
+    used_params = with_rear_axle(used_params, method, recorded)
     used_params = with_coarse_yaw_rate(used_params, given, yaw_rate_step_of(recorded))
     drives, unfit = without_unfit_wheels(recorded, vehicle)
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
+    answer = with_offsets_of_both_axles(answer)
     return replace(
         answer,
-        findings=(*answer.findings, *unfit, *_recording(recorded, names, vehicle)),
+        findings=(
+            *answer.findings,
+            *rear_axle_findings(answer, recorded),
+            *unfit,
+            *_recording(recorded, names, vehicle),
+        ),
         notes=(*answer.notes, *of_copies),
     )
 

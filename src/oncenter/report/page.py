@@ -53,6 +53,10 @@ _CAUSES = {
     "axle_set_up": "by an axle set up for the crown, not identifiable either",
     "axle_layout": "by the axle layout, which is not given",
 }
+_OF_BOTH_AXLES = {
+    "combined_offset": "Combined offset of the front and the rear axle's sensors",
+    "rear_axle_offset": "Offset of the rear axle's sensor, road wheels",
+}
 _UNSIGNED = ("backlash", "understeer_gradient", *_WITHOUT_RATIO)
 
 
@@ -79,6 +83,8 @@ def _quantities(answer: Answer) -> str:
     if "steering_ratio" in answer.vehicle.assumed:
         del titles["understeer_gradient"]
         titles |= _WITHOUT_RATIO
+    if answer.combined_offset is not None:
+        titles = {"offset": titles["offset"], **_OF_BOTH_AXLES, **titles}
     for name, title in titles.items():
         estimate: Estimate = getattr(answer, name)
         number, interval = _number_and_interval(estimate, signed=name not in _UNSIGNED)

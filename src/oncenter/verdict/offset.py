@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 
+from oncenter.estimates.estimate import Estimate
 from oncenter.estimates.estimates import Estimates
 from oncenter.findings import capitalised
 from oncenter.signals import DEGREE
 from oncenter.truck.drives import GRADIENT_MIN
 from oncenter.verdict.accused import accused, errors_of_signals, finding_of, only_stuck, with_source
-from oncenter.verdict.decision import Case, at_fault, decide, is_whole_turns
+from oncenter.verdict.decision import Case, at_fault, decide, is_whole_turns, standing
 from oncenter.verdict.left_out import first_loss, is_angle_lost_in_file
 from oncenter.verdict.next_driving import is_narrow, next_driving
 from oncenter.verdict.numbers import Shown, joined, shown
@@ -42,6 +43,8 @@ def offset(answer: Estimates, limit_deg: float) -> Verdict:
         return _check_signal(answer)
     if code == "no_correction":
         return _no_correction(answer, limit_deg)
+    if code == "no_offset" and answer.combined_offset is not None and answer.combined_offset.ci95 is not None:
+        return _of_both_axles(answer.combined_offset, limit_deg)
     if code == "no_offset":
         return _not_valid(answer, "no_offset", limit_deg)
     if code != "within" and answer.offset.status != "valid":
@@ -156,6 +159,19 @@ def _no_correction(answer: Estimates, limit_deg: float) -> Verdict:
         "Do not store a correction: the zero of this sensor changes at each ignition.",
         last_change(answer),
     )
+
+
+def _of_both_axles(combined: Estimate, limit_deg: float) -> Verdict:
+    """Yaw shows only the sum of both sensors' effects: neither of them is to be calibrated by this number."""
+    assert combined.ci95 is not None
+    is_over = combined.status == "valid" and standing(in_deg(combined.ci95), limit_deg) == "over"
+    said = (
+        "the steering wheel angle sensor and the rear axle's sensor together have an offset of "
+        f"{combined} at the steering wheel (limit {limit_deg:g} deg)."
+    )
+    action = "Lock or align the rear axle, and calibrate its sensor. Then drive again."
+    note = "This drive does not show which of both sensors has the offset: set neither of them by this number."
+    return _verdict("over" if is_over else "undecided", said, action, note)
 
 
 def _moves(answer: Estimates, limit_deg: float) -> Verdict:

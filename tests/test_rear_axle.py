@@ -1,0 +1,141 @@
+"""Trucks whose rear axle steers: yaw shows the offsets of both axles' sensors together."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import polars as pl
+import pytest
+from test_core_motion import motion_of
+from test_estimate import RATE_HZ, steady_drive
+
+import oncenter as oc
+from oncenter.estimates.estimate import Estimate
+from oncenter.signals import DEGREE, Signals, Source
+from oncenter.vehicle import Vehicle, vehicle_from
+from oncenter.verdict import verdicts_of
+
+RATIO, FRONT_DEG, REAR_DEG, SHARE = 19.3, 2.0, 3.0, -0.25
+BY_REAR_DEG = RATIO * REAR_DEG  # two axles: weight 1
+
+
+def truck(**given: Any) -> Vehicle:
+    values = {"wheelbase_m": 3.7, "steering_ratio": RATIO, "traffic_side": "right", "rear_axle_steers": "rear"}
+    return vehicle_from({**values, **given}, "truck.toml")
+
+
+def counter_phase(*, locked_from_s: float = np.inf, known: slice | None = None) -> Signals:
+    """`steady_drive` with a rear axle that steers by -0.25 times the front angle until it is locked. Its sensor reads
+    3 deg too much, in the rows of `known` only."""
+    drive = steady_drive(offset_deg=FRONT_DEG, minutes=8.0, radius_m=200.0)
+    time = drive.columns["time_s"]
+    by_motion = (drive.columns["steering_wheel_angle_rad"] - FRONT_DEG * DEGREE) / RATIO
+    rear = np.where(time < locked_from_s, SHARE / (1.0 - SHARE) * by_motion, 0.0)
+    read = rear + REAR_DEG * DEGREE
+    if known is not None:
+        read = np.where(np.isin(np.arange(len(time)), np.arange(len(time))[known]), read, np.nan)
+    table = drive.table.with_columns(
+        steering_wheel_angle_rad=pl.Series(RATIO * (by_motion + rear) + FRONT_DEG * DEGREE),
+        rear_axle_angle_rad=pl.Series(read),
+    )
+    sources = {**drive.sources, "rear_axle_angle": Source("made up", RATE_HZ, len(time), 0)}
+    return dataclasses.replace(drive, table=table, sources=sources)
+
+
+def without_rear_angle(drive: Signals) -> Signals:
+    sources = {name: source for name, source in drive.sources.items() if name != "rear_axle_angle"}
+    return dataclasses.replace(drive, table=drive.table.drop("rear_axle_angle_rad"), sources=sources)
+
+
+def front_deg() -> float:
+    """The offset of the same drive, as a truck has it whose rear axle does not steer."""
+    drive = steady_drive(offset_deg=FRONT_DEG, minutes=8.0, radius_m=200.0)
+    return deg(oc.offset(drive, truck(rear_axle_steers=None)).offset)
+
+
+def deg(estimate: Estimate | None) -> float:
+    assert estimate is not None and estimate.value is not None
+    return estimate.value / DEGREE
+
+
+def texts_of(answer: oc.Answer) -> list[str]:
+    return [finding.text for finding in answer.findings if finding.code == "rear_axle_steers"]
+
+
+def test_the_rear_axle_turns_the_truck_as_the_front_axle_does_by_its_weight() -> None:
+    alone, with_rear = motion_of(0.02, 20.0, angle=0.5), motion_of(0.02, 20.0, angle=0.5, rear=0.01)
+    assert with_rear.rear_part == pytest.approx(0.12)
+    assert with_rear.residual == pytest.approx(alone.residual - 0.12)
+
+
+def test_yaw_shows_the_front_offset_less_ratio_times_weight_times_the_rear_one_and_neither_alone() -> None:
+    answer = oc.offset(counter_phase(), truck())
+    assert deg(answer.combined_offset) == pytest.approx(front_deg() - BY_REAR_DEG, abs=0.2)
+    assert answer.rear_axle_offset is not None
+    assert answer.offset.status == answer.rear_axle_offset.status == "unobservable"
+    assert answer.correction is None
+    verdict = verdicts_of(answer)[0]
+    assert verdict.state != "recalibrate" and "rear axle's sensor" in verdict.said
+    assert verdicts_of(answer)[1].state == "not_measured"
+    assert answer.to_dict()["combined_offset"]["value"] == deg(answer.combined_offset)
+    (text,) = texts_of(answer)
+    assert "19.3 times" in text and "Neither sensor's own offset is identifiable" in text
+
+
+def test_both_offsets_are_estimated_where_the_rear_axle_is_locked_for_a_part_of_the_drive() -> None:
+    answer = oc.offset(counter_phase(locked_from_s=300.0), truck())
+    assert deg(answer.offset) == pytest.approx(front_deg(), abs=0.4)
+    assert deg(answer.rear_axle_offset) == pytest.approx(REAR_DEG, abs=1e-3)
+    assert deg(answer.combined_offset) == pytest.approx(deg(answer.offset) - BY_REAR_DEG, abs=0.02)
+
+
+def test_a_given_zero_of_the_rear_axle_gives_the_front_offset_and_widens_its_interval_by_its_own() -> None:
+    widths = []
+    for sd_deg in (0.001, 0.1):
+        answer = oc.offset(counter_phase(), truck(rear_axle_zero_deg=REAR_DEG, rear_axle_zero_sd_deg=sd_deg))
+        assert deg(answer.offset) == pytest.approx(front_deg(), abs=0.4)
+        assert answer.offset_half_width_rad is not None
+        widths.append(answer.offset_half_width_rad / DEGREE)
+    assert np.hypot(widths[0], 1.96 * RATIO * 0.1) == pytest.approx(widths[1], rel=0.01)
+
+
+def test_ticks_without_the_rear_axle_s_angle_count_as_missing() -> None:
+    answer = oc.offset(counter_phase(known=slice(6000, None)), truck())
+    assert answer.rejected_s["missing_signal"] == pytest.approx(6000 / RATE_HZ, abs=0.1)
+
+
+def test_a_log_without_the_rear_axle_s_angle_is_answered_by_the_front_axle_with_a_warning() -> None:
+    answer = oc.offset(without_rear_angle(counter_phase()), truck())
+    assert answer.combined_offset is None
+    assert deg(answer.offset) == pytest.approx(front_deg(), abs=0.8)
+    (text,) = texts_of(answer)
+    assert "the log has no rear_axle_angle" in text
+
+
+def test_a_rear_axle_s_angle_without_an_axle_in_the_vehicle_file_is_not_used_and_the_key_is_named() -> None:
+    answer = oc.offset(counter_phase(), truck(rear_axle_steers=None))
+    assert answer.combined_offset is None
+    (text,) = texts_of(answer)
+    assert "Give rear_axle_steers" in text
+
+
+def test_the_angle_without_its_sensor_is_not_available_while_the_rear_axle_s_zero_is_unknown() -> None:
+    assert oc.angle(counter_phase(), truck())["status"].unique().to_list() == ["unobservable"]
+
+
+def test_a_simulated_rear_axle_in_counter_phase_gives_the_combined_offset(tmp_path: Path) -> None:
+    scenario = tmp_path / "drive.toml"
+    scenario.write_text(
+        'base = "country"\n[drive]\nduration_s = 300.0\n[truck]\nrear_steering = { share = -0.25 }\n'
+        "[sensors.rear_axle_angle]\noffset_deg = -3.0\n"
+    )
+    signals, truth = oc.simulate(scenario, 3)
+    given = truck(wheelbase_m=truth.equivalent_wheelbase_m, steering_ratio=truth.steering_ratio)
+    combined = oc.offset(signals, given).combined_offset
+    target = truth.offset_rad + truth.straight_ahead_rad + truth.steering_ratio * 3.0 * DEGREE
+    assert combined is not None and combined.ci95 is not None and combined.value is not None
+    assert combined.ci95[0] < target < combined.ci95[1]
+    assert abs(combined.value - target) < 0.5 * DEGREE

@@ -149,6 +149,21 @@ _VERDICT = object_of(
 )
 
 
+_BY_PRIOR_TIMES = {
+    "value_deg": number("deg", "The offset."),
+    "ci95_drive": interval("deg", "The part of the interval that this drive, or these drives, decide."),
+    "ci95": interval("deg", "The whole interval."),
+}
+_BY_PRIOR = object_of(
+    "The offset by another prior: the same evidence, its equations solved anew.",
+    {
+        "prior": text("Its name.", choices=("pull", "mean_wind", "axle_set_up", "accelerometer_zero")),
+        "param": text("Its parameter, see params."),
+        "size": number("m/s^2 or 1", "The value in force, a standard deviation; of axle_set_up a probability."),
+        "halved": object_of("By half of it.", _BY_PRIOR_TIMES),
+        "doubled": object_of("By twice of it.", _BY_PRIOR_TIMES),
+    },
+)
 _REASONS = by_name("By reason, the number that was left out.", {"type": "integer", "minimum": 0})
 _SIGNAL_ACCOUNT = object_of(
     "in_file = used + superseded + left_out; ticks = fresh + held + missing.",
@@ -180,6 +195,7 @@ def _offset(schema: str) -> Schema:
         "applied_deg": number("deg", "Correction that the ECU adds to the sensor's reading already, as given."),
         "ci95_drive": interval("deg", "The part of the interval that this drive, or these drives, decide."),
         "not_identifiable": rows("The causes of the other part of the interval.", _CAUSE),
+        "by_priors": rows("How far the offset depends on each prior; of the joint method.", _BY_PRIOR),
     }
     correction = object_of(
         "What the ECU must add to the sensor's reading; the values are null unless the offset is valid.",

@@ -114,3 +114,11 @@ oc_error oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answe
     answer->rejected[window_bit] = (ticks - to_double(now->unused_motion) - used) * c->tick_s;
     return OC_OK;
 }
+
+oc_error oc_answer_by_priors(oc_state *copy, const oc_coefficients *c, oc_answer *answer) {
+    if (oc_check_call(copy, c) == OC_OK && c->params.method == OC_METHOD_JOINT &&
+        copy->evidence.joint.second.used_s > 0.0f) {
+        oc_solve_jointly(&copy->tracking, &copy->evidence, c);
+    }
+    return oc_answer_get(copy, c, answer);
+}

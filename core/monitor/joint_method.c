@@ -135,3 +135,12 @@ void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence
         oc_joint_begin_round(joint, &tracking->joint, &c->joint, &prior);
     }
 }
+
+void oc_solve_jointly(oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c) {
+    const oc_prior prior = prior_of(evidence, c);
+    oc_joint *joint = &evidence->joint;
+    for (int32_t k = 0; k < joint->count; ++k) {
+        oc_hypothesis_solve(&joint->hypotheses[k], &c->joint.hypothesis, &prior, &joint->second,
+                            &tracking->joint.equations);
+    }
+}

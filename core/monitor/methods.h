@@ -26,6 +26,8 @@ void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coef
 /* Collects a second, and begins the round in which the hypotheses process it; at standstill they only make
  * corrections. */
 void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c);
+/* Solves all hypotheses' equations by the priors of `c`. */
+void oc_solve_jointly(oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c);
 /* The weighted mean over the hypotheses, and its statuses. */
 void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_learned *learned,
                       const oc_coefficients *c);

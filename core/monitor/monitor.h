@@ -267,4 +267,8 @@ void oc_run(oc_state *state, const oc_coefficients *coefficients, const oc_colum
 /* About all ticks so far. */
 oc_error oc_answer_get(const oc_state *state, const oc_coefficients *coefficients, oc_answer *answer);
 
+/* The answer that other priors give on the same evidence: the joint method's equations of a copied state, solved anew
+ * by the priors of these coefficients. */
+oc_error oc_answer_by_priors(oc_state *copy, const oc_coefficients *coefficients, oc_answer *answer);
+
 #endif

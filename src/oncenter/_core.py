@@ -349,6 +349,13 @@ class Core:
         lib.oc_answer_get(self._state, self._coefficients, native)
         return cast("OcAnswer", _members(native))
 
+    def answer_by(self, other: Core) -> OcAnswer:
+        """The answer on this core's evidence by the priors of another core of the same truck, whose state is lost."""
+        native = ffi.new("oc_answer *")
+        other.copy_state_from(self)
+        lib.oc_answer_by_priors(other._state, other._coefficients, native)
+        return cast("OcAnswer", _members(native))
+
     def coefficients(self) -> dict[str, Any]:
         """The oc_coefficients as a dict, for checks of the design."""
         return _members(self._coefficients)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from oncenter.estimates.by_priors import ByPrior, OffsetBy
 from oncenter.estimates.cause import Cause, Pull
 from oncenter.estimates.changes import Change
 from oncenter.estimates.correction import Correction
@@ -55,6 +56,8 @@ class Estimates:
     `zero` of the angle sensor: "fixed"; "relative", another at each start, as the sensor says or several drives show;
     "moves", changed several times or drifting.
 
+    `by_priors` is the offset by halved and doubled priors; of the joint method, where an answer has an offset.
+
     `next_driving` is the driving that would narrow this drive's part of the offset's interval, in words, the most
     useful first; of the joint method. `pull` is the one that several logs identify or the vehicle file gives.
     """
@@ -97,6 +100,7 @@ class Estimates:
     pull: Pull | None = None
     combined_offset: Estimate | None = None
     rear_axle_offset: Estimate | None = None
+    by_priors: tuple[ByPrior, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "findings", most_severe_first(self.findings))
@@ -120,6 +124,12 @@ class Estimates:
     def begin_s(self) -> float | None:
         """Begin of the first drive in s since 1970; None where no log has it."""
         return min((drive.begin_s for drive in self.drives if drive.begin_s is not None), default=None)
+
+    @property
+    def offset_now(self) -> OffsetBy | None:
+        """The offset with both intervals; None without one."""
+        value, own, whole = self.offset.value, self.offset_ci95_drive, self.offset.ci95
+        return None if value is None or own is None or whole is None else OffsetBy(value, own, whole)
 
     @property
     def offset_half_width_rad(self) -> float | None:

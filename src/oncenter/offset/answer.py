@@ -177,11 +177,12 @@ class Answer(Estimates):
         return [{"log": drive.log, **drive.account.to_dict()} for drive in self.drives if drive.account is not None]
 
     def _parts(self) -> dict[str, Any]:
-        drive = self.offset_ci95_drive
+        drive, now = self.offset_ci95_drive, self.offset_now
         return {
             "applied_deg": self.vehicle.offset_applied_deg,
             "ci95_drive": None if drive is None else [bound / DEGREE for bound in drive],
             "not_identifiable": [cause.to_dict() for cause in self.not_identifiable],
+            "by_priors": [each.to_dict(now) for each in self.by_priors] if now else [],
         }
 
     def _decision(self) -> dict[str, Any]:

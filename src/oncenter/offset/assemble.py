@@ -11,6 +11,7 @@ import numpy as np
 from oncenter import _core
 from oncenter.errors import OncenterError
 from oncenter.estimates.bounds import Bounded, bounded
+from oncenter.estimates.by_priors import OffsetBy
 from oncenter.estimates.cause import Cause, Pull, causes_of
 from oncenter.estimates.changes import Change, changes_of
 from oncenter.estimates.estimate import Estimate
@@ -224,6 +225,12 @@ def _ci95_drive(native: _core.OcAnswer) -> tuple[float, float] | None:
         return None
     value, half_width = native["offset"]["value"], 1.96 * native["offset_parts"]["drive_sd"]
     return value - half_width, value + half_width
+
+
+def offset_by(native: _core.OcAnswer) -> OffsetBy | None:
+    """The offset of an oc_answer with both intervals; None where it is not observable."""
+    value, own, whole = native["offset"]["value"], _ci95_drive(native), _of(native, "offset", "rad").ci95
+    return None if own is None or whole is None else OffsetBy(value, own, whole)
 
 
 def _not_identifiable(

@@ -17,6 +17,7 @@ from datetime import datetime
 from typing import Any, Literal, NoReturn, cast
 
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.estimates.by_priors import INSIDE_DRIVE
 from oncenter.files.file_name import printable
 from oncenter.files.regular_file import read_regular_file
 from oncenter.offset.answer import SCHEMAS, Answer
@@ -63,6 +64,7 @@ class Offset:
     verdict: Code | None = None
     start_s: float | None = None  # of the drive, since 1970
     duration_s: float | None = None
+    own_by_priors_deg: tuple[tuple[float, float], ...] = ()
 
     def code(self, limit_deg: float) -> Code:
         """The verdict with that limit."""
@@ -72,7 +74,8 @@ class Offset:
         own = (self.value_deg - self.half_width_deg, self.value_deg + self.half_width_deg)
         is_valid, zero = self.status == "valid", "fixed" if self.is_fixed else "relative"
         has_evidence = is_valid or self.verdict in ("over", "within")
-        case = Case(at_fault, cast(Zero, zero), is_valid, has_evidence, own, self.whole_deg, self.method == "joint")
+        has_play, by_priors = self.method == "joint", self.own_by_priors_deg
+        case = Case(at_fault, cast(Zero, zero), is_valid, has_evidence, own, self.whole_deg, has_play, by_priors)
         return decide(case, limit_deg)
 
     def shown(self, limit_deg: float) -> Shown:
@@ -289,6 +292,12 @@ def _offset(answer: Mapping[str, Any]) -> Offset:
         limit_deg=_limit(answer.get("limit_deg")),
         whole_deg=None if offset["ci95"] is None else _ends(offset["ci95"]),
         verdict=_verdict_in(answer),
+        own_by_priors_deg=tuple(
+            _ends(each[factor]["ci95_drive"])
+            for each in offset.get("by_priors", ())
+            if each["prior"] in INSIDE_DRIVE
+            for factor in ("halved", "doubled")
+        ),
         is_fixed=not any(finding["code"] in _NOT_FIXED for finding in answer.get("findings", ())),
         start_s=None if start is None else datetime.fromisoformat(start).timestamp(),
         duration_s=duration if isinstance(duration := answer.get("time", {}).get("duration_s"), float) else None,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,12 +14,13 @@ import numpy.typing as npt
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
+from oncenter.estimates.by_priors import ByPrior, OffsetBy, priors_in, scaled
 from oncenter.estimates.cause import by_layout
 from oncenter.estimates.changes import Change, changes_of
 from oncenter.estimates.estimates import DEFAULT_METHOD, METHODS, Method
 from oncenter.findings import Finding
 from oncenter.offset.answer import Answer
-from oncenter.offset.assemble import answer_of
+from oncenter.offset.assemble import answer_of, offset_by
 from oncenter.offset.bias_course import BiasCourse
 from oncenter.offset.coarse_recording import (
     Coarseness,
@@ -158,26 +159,43 @@ def _of_unknown(result: _Result, logs: tuple[Signals, ...], vehicle: Vehicle, pa
         return _whole(result, vehicle, "joint", params)
     of_one_axle = _result(logs, vehicle, {**params, SIDE_FORCE: 0.0}, "joint", None)
     sd = sd_by_layout(result.native, of_one_axle.native)
-    native = result.native.copy()
-    native["offset"] = native["offset"].copy()
-    native["offset"]["standard_deviation"] = math.hypot(native["offset"]["standard_deviation"], sd)
-    answer = _whole(result._replace(native=native), vehicle, "joint", params)
+    by_layout_of = result._replace(native=_wider(result.native, sd), layout_sd=sd)
+    answer = _whole(by_layout_of, vehicle, "joint", params)
     if not answer.not_identifiable:
         return answer
     cause = by_layout(sd, answer.offset_per_acceleration)
     return replace(answer, not_identifiable=(*answer.not_identifiable, cause))
 
 
+def _wider(native: _core.OcAnswer, sd: float) -> _core.OcAnswer:
+    wider = native.copy()
+    wider["offset"] = wider["offset"].copy()
+    wider["offset"]["standard_deviation"] = math.hypot(wider["offset"]["standard_deviation"], sd)
+    return wider
+
+
+class _Run(NamedTuple):
+    """One drive: the core's answer, wider for a coarse recording, the changes in it, its logs, and the core."""
+
+    native: _core.OcAnswer
+    changes: tuple[Change, ...]
+    coarse: Coarseness
+    logs: Sequence[Signals]
+    core: _core.Core
+
+
 class _Result(NamedTuple):
     """The core's answer, the logs that it is of, and the changes in them; of several drives also what only several can
-    say."""
+    say. `runs` are of all drives without a signal fault, `layout_sd` (rad) of the offset by unknown axles."""
 
     native: _core.OcAnswer
     changes: tuple[Change, ...]
     coarse: Coarseness
     logs: tuple[Signals, ...]
+    runs: Sequence[_Run]
     together: Together | None = None
     left_out: tuple[Finding, ...] = ()
+    layout_sd: float = 0.0
 
 
 def _result(
@@ -190,17 +208,45 @@ def _result(
     """By the joint method each drive is answered alone, and the truck's model combines them."""
     drives = drives_in(logs) if method == "joint" else (logs,)
     runs = [_run_over(drive, vehicle, params, method, progress) for drive in drives]
-    fit = [k for k, (native, *_) in enumerate(runs) if not has_signal_fault(native)] or [len(runs) - 1]
-    left_out = tuple(_left_out(runs[k][0], drives[k], vehicle) for k in range(len(runs)) if k not in fit)
-    drives, runs = tuple(drives[k] for k in fit), [runs[k] for k in fit]
-    if len(drives) == 1:
-        return _Result(*runs[0], drives[0], left_out=left_out)
-    from oncenter.offset.several_logs import Drive, changes_of_all, combined  # late: one log needs no model
+    fit = [run for run in runs if not has_signal_fault(run.native)] or runs[-1:]
+    left_out = tuple(_left_out(run.native, run.logs, vehicle) for run in runs if not any(run is each for each in fit))
+    if len(fit) == 1:
+        return _Result(*fit[0][:3], tuple(fit[0].logs), fit, left_out=left_out)
+    from oncenter.offset.several_logs import changes_of_all  # late: one log needs no model
 
-    alone = tuple(Drive(drive, *run[:2]) for drive, run in zip(drives, runs, strict=True))
-    together = combined(alone, vehicle, params)
+    together = _combined(fit, vehicle, params)
     since = tuple(log for drive in together.drives for log in drive.logs)
-    return _Result(together.native, changes_of_all(together), coarseness_of(since), since, together, left_out)
+    return _Result(together.native, changes_of_all(together), coarseness_of(since), since, fit, together, left_out)
+
+
+def _combined(runs: Sequence[_Run], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
+    from oncenter.offset.several_logs import Drive, combined  # late, as above
+
+    return combined(tuple(Drive(tuple(run.logs), run.native, run.changes) for run in runs), vehicle, params)
+
+
+def _by_priors(result: _Result, vehicle: Vehicle, params: Mapping[str, float]) -> Iterator[ByPrior]:
+    """The offset by each prior halved and doubled: the same evidence, its equations solved anew. They are compared with
+    those solved anew by the priors in force, since the answer has some that were solved seconds before its end."""
+
+    def solved(by: Mapping[str, float]) -> OffsetBy | None:
+        return offset_by(_wider(_native_by(result.runs, vehicle, by), result.layout_sd))
+
+    start = solved(params)
+    for prior, param in priors_in(params) if start is not None else ():
+        halved, doubled = (solved(scaled(params, param, factor)) for factor in (0.5, 2.0))
+        if start is not None and halved is not None and doubled is not None:
+            yield ByPrior(prior, param, params[param], halved - start, doubled - start)
+
+
+def _native_by(runs: Sequence[_Run], vehicle: Vehicle, params: Mapping[str, float]) -> _core.OcAnswer:
+    """The oc_answer of these drives by other priors."""
+    solved = []
+    for run in runs:
+        other = core_of(vehicle, run.logs[0].rate_hz, params=params)
+        native = widened(run.core.answer_by(other), run.coarse, "joint", params)
+        solved.append(run._replace(native=native))
+    return solved[0].native if len(solved) == 1 else _combined(solved, vehicle, params).native
 
 
 def _left_out(native: _core.OcAnswer, logs: Sequence[Signals], vehicle: Vehicle) -> Finding:
@@ -217,14 +263,13 @@ def _run_over(
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
-) -> tuple[_core.OcAnswer, tuple[Change, ...], Coarseness]:
-    """The core's answer after these logs, wider for a coarse recording, and the changes in them."""
+) -> _Run:
     core, changes_found = _run(logs, vehicle, params, method, progress, None)
     coarse = coarseness_of(logs)
     native = widened(core.answer(), coarse, method, params)
     if native["yaw_rate_bias_alarm_time"] > 0.0:
         native["yaw_rate_bias_moved"] = _bias_moved(logs, vehicle, params, method)
-    return native, changes_of(native, changes_found, logs), coarse
+    return _Run(native, changes_of(native, changes_found, logs), coarse, logs, core)
 
 
 def _bias_moved(logs: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float], method: Method) -> float:
@@ -241,6 +286,8 @@ def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[st
     if has_signal_fault(native) and answer.sensor_fault == "none":
         return replace(answer, findings=(*answer.findings, *result.left_out))
     moves = answer.zero == "moves" or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
+    if method == "joint" and answer.offset.value is not None:
+        answer = replace(answer, by_priors=tuple(_by_priors(result, vehicle, params)))
     answer = without_faulty_estimates(answer, contradicts=moves or is_implausible(native))
     found = coarse_recording_findings(native, result.coarse, method)
     answer = replace(answer, findings=(*result.left_out, *answer.findings, *found))

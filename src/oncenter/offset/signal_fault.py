@@ -30,6 +30,7 @@ def without_estimates(answer: Answer, fault: SignalFault) -> Answer:
         sensor_fault=_sensor_fault(fault),
         offset_ci95_drive=None,
         not_identifiable=(),
+        by_priors=(),
         changes=(),
         next_driving=(),
         findings=(finding_of(fault), *(each for each in answer.findings if each.code in _INDEPENDENT)),

@@ -66,6 +66,7 @@ def without_faulty_estimates(answer: Answer, *, contradicts: bool) -> Answer:
         sensor_fault=answer.sensor_fault if accuses_angle else "none",
         offset_ci95_drive=None,
         not_identifiable=(),
+        by_priors=(),
         changes=(),
         findings=(*found, *kept),
     )

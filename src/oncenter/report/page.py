@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
+from oncenter.estimates.by_priors import PRIORS_IN_WORDS, OffsetBy
 from oncenter.offset.answer import NOT_YET_OR_NO_MORE
 from oncenter.report.course import Course, course
 from oncenter.report.document import (
@@ -73,6 +74,7 @@ def page(answer: Answer, rows: npt.NDArray[Any], origin: Origin | None = None) -
 {_findings(answer)}
 {_main_pictures(answer, drive, divs)}
 {_time(answer)}
+{_by_priors(answer)}
 {_pictures(answer, drive, divs)}
 {_provenance(answer)}"""
     return document(f"Straight-ahead offset: {answer.log}", body, script)
@@ -109,6 +111,36 @@ def _quantities(answer: Answer) -> str:
 </table>
 <p class="quiet">The straight-ahead offset is the sensor's reading at zero lateral force, at the midpoint of the
 free play. Left is positive. The true angle is the measured angle less the offset.</p>
+</section>"""
+
+
+def _by_priors(answer: Answer) -> str:
+    """The whole interval by halved and doubled priors, and the drive's part where the prior is inside it."""
+    now = answer.offset_now
+    if not answer.by_priors or now is None:
+        return ""
+
+    def interval(by: OffsetBy, inside_drive: bool) -> str:
+        ends = [by.ci95_drive, by.ci95] if inside_drive else [by.ci95]
+        return "; ".join(f"{number(low / DEGREE, 2, True)} to {number(high / DEGREE, 2, True)}" for low, high in ends)
+
+    lines = [
+        f'<tr><th scope="row">{PRIORS_IN_WORDS[each.prior]}</th><td class="number">{each.size:.2g}</td>'
+        f'<td class="number">{interval(now + each.halved, each.inside_drive)}</td>'
+        f'<td class="number">{interval(now + each.doubled, each.inside_drive)}</td></tr>'
+        for each in answer.by_priors
+    ]
+    return f"""<section>
+<h2>Dependence on priors</h2>
+<p>The 95 % interval of the offset (deg) where a prior is half or twice as large. The prior of the accelerometer's
+zero also changes the part from the driving, which stands first.</p>
+<table>
+<thead><tr><th>Prior</th><th class="number">sd, m/s²; axle set-up: probability</th><th class="number">by half</th>
+<th class="number">by twice</th></tr></thead>
+<tbody>
+{joined(lines)}
+</tbody>
+</table>
 </section>"""
 
 

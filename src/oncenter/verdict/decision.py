@@ -17,6 +17,8 @@ from oncenter.verdict.states import Code
 Interval = tuple[float, float]  # deg, the lower end first
 FINEST_DIGITS = 8  # after the decimal point, that are ever printed: an end is at the limit if it reads so
 
+_PRINTED_FROM_DEG = 0.05  # less rounds to zero
+
 # Faults of the angle sensor by the core's names that a log with a wrong or a missing signal shows as well.
 OF_SIGNAL_OR_SENSOR = ("lost", "stuck", "jumped", "wrong_sign")
 
@@ -33,6 +35,7 @@ class Case:
         own: interval of the offset from this drive, or from these logs; None without an offset.
         whole: with the causes that no single drive identifies.
         has_play: the interval includes free play (method joint).
+        own_by_priors: `own` by other priors inside it, each halved and doubled.
     """
 
     at_fault: Code | None
@@ -42,6 +45,7 @@ class Case:
     own: Interval | None
     whole: Interval | None
     has_play: bool = True
+    own_by_priors: tuple[Interval, ...] = ()
 
 
 def decide(case: Case, limit_deg: float) -> Code:
@@ -57,7 +61,15 @@ def decide(case: Case, limit_deg: float) -> Code:
     if not case.is_valid:  # a wide interval decides only with all causes in it, and its number is not set
         return standing(case.whole, limit_deg) if case.has_evidence else "undecided"
     place = standing(case.own, limit_deg)
+    if any(crosses(case.own, by, limit_deg) for by in case.own_by_priors):
+        return "undecided"
     return place if place != "over" else _over(case.own, case.whole, case.has_play)
+
+
+def crosses(interval: Interval, by_prior: Interval, limit_deg: float) -> bool:
+    """Whether another prior moves an interval (deg) across the limit, by more than is printed."""
+    moved = max(abs(to - at) for at, to in zip(interval, by_prior, strict=True))
+    return moved >= _PRINTED_FROM_DEG and standing(interval, limit_deg) != standing(by_prior, limit_deg)
 
 
 def at_fault(fault: str, is_invalid: bool, *, signals: bool, stuck_only: bool) -> Code | None:

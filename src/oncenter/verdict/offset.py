@@ -14,7 +14,7 @@ from oncenter.verdict.decision import Case, at_fault, decide, is_whole_turns, st
 from oncenter.verdict.left_out import first_loss, is_angle_lost_in_file
 from oncenter.verdict.next_driving import is_narrow, next_driving
 from oncenter.verdict.numbers import Shown, joined, shown
-from oncenter.verdict.second_line import align_first, by_pull, in_deg, last_change, without_play
+from oncenter.verdict.second_line import align_first, by_priors, by_pull, in_deg, last_change, without_play
 from oncenter.verdict.states import Code
 from oncenter.verdict.verdict import Verdict
 
@@ -53,7 +53,7 @@ def offset(answer: Estimates, limit_deg: float) -> Verdict:
 
 
 def case_of(answer: Estimates) -> Case:
-    own, whole = answer.offset_ci95_drive, answer.offset.ci95
+    own, whole, now = answer.offset_ci95_drive, answer.offset.ci95, answer.offset_now
     return Case(
         at_fault=fault_of(answer),
         zero=answer.zero,
@@ -62,6 +62,12 @@ def case_of(answer: Estimates) -> Case:
         own=None if own is None else in_deg(own),
         whole=None if whole is None else in_deg(whole),
         has_play=answer.method == "joint",
+        own_by_priors=tuple(
+            in_deg((now + moves).ci95_drive)
+            for each in answer.by_priors
+            if now is not None and each.inside_drive
+            for moves in (each.halved, each.doubled)
+        ),
     )
 
 
@@ -186,8 +192,8 @@ def _not_valid(answer: Estimates, code: Code, limit_deg: float) -> Verdict:
     log_it = f"Log the new drive, and give {logs} to oncenter together."
     said = f"{driving.wanted}." if code != "over" else f"{_at_least(answer)}; {driving.wanted} before you recalibrate."
     so_far = _found(answer, limit_deg, f"{_OFFSET} so far")
-    pull = by_pull(answer, limit_deg) if has_evidence(answer) else ""
-    return _verdict(code, said, log_it, so_far, driving.why, pull, without_play(answer), last_change(answer))
+    pull = (by_pull(answer, limit_deg), by_priors(answer, limit_deg)) if has_evidence(answer) else ()
+    return _verdict(code, said, log_it, so_far, driving.why, *pull, without_play(answer), last_change(answer))
 
 
 def _at_least(answer: Estimates) -> str:
@@ -201,11 +207,14 @@ def _decided(answer: Estimates, code: Code, limit_deg: float) -> Verdict:
     found = shown_offset(answer, limit_deg)
     assert found is not None
     said = f"{_OFFSET} {found} (limit {limit_deg:g} deg)."
-    notes = (by_pull(answer, limit_deg), without_play(answer), last_change(answer))
+    notes = (by_pull(answer, limit_deg), by_priors(answer, limit_deg), without_play(answer), last_change(answer))
     if code == "within":
         return _verdict(code, said, NO_ACTION, *notes)
     if code == "undecided":
-        close = f"{_OFFSET} {found} is too close to the limit of {limit_deg:g} deg to decide."
+        own = answer.offset_ci95_drive
+        is_inside = own is None or standing(in_deg(own), limit_deg) == "undecided"
+        why = "" if is_inside else ": by another prior the limit is inside the interval"
+        close = f"{_OFFSET} {found} is too close to the limit of {limit_deg:g} deg to decide{why}."
         return _verdict(code, close, _narrower(answer), *notes)
     if code == "over":
         return _verdict(code, said, _instead(answer, found), *notes)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from oncenter.estimates.by_priors import PRIORS_IN_WORDS, OffsetBy
 from oncenter.estimates.cause import Pull, in_words, together_rad
 from oncenter.estimates.changes import Change
 from oncenter.estimates.estimates import Estimates
 from oncenter.files.file_name import printable
 from oncenter.findings import PLAY_STANDARD_DEG
 from oncenter.signals import DEGREE
-from oncenter.verdict.decision import Interval, standing
+from oncenter.verdict.decision import Interval, crosses, standing
 
 _STRONG_M_S2 = 0.2  # by a steady crosswind of 8 m/s on 9 m^2 or 6 m/s on 25 m^2, of a truck of 9 t
 
@@ -54,6 +55,32 @@ def possible_pull(causes: str, around_deg: float, own: Interval, whole: Interval
     if standing(own, limit_deg) == standing(whole, limit_deg):
         return ""
     return f"{causes[:1].upper()}{causes[1:]} could add ± {around_deg:.1f} deg."
+
+
+def by_priors(answer: Estimates, limit_deg: float) -> str:
+    """The priors on which the verdict depends: an interval is on another side of the limit where they are halved or
+    doubled."""
+    now = answer.offset_now
+    if now is None:
+        return ""
+    found = [
+        PRIORS_IN_WORDS[each.prior]
+        for each in answer.by_priors
+        if any(_depends(now, now + moves, limit_deg, each.inside_drive) for moves in (each.halved, each.doubled))
+    ]
+    if not found:
+        return ""
+    named = found[0] if len(found) == 1 else f"{', '.join(found[:-1])} and {found[-1]}"
+    return f"This depends on the prior of {named}: half or twice of it would move an interval across the limit."
+
+
+def _depends(now: OffsetBy, by: OffsetBy, limit_deg: float, inside_drive: bool) -> bool:
+    """Whether an interval crosses the limit; the whole one of an offset over the limit also if it crosses zero."""
+    own, whole, by_whole = in_deg(now.ci95_drive), in_deg(now.ci95), in_deg(by.ci95)
+    if crosses(whole, by_whole, limit_deg) or (inside_drive and crosses(own, in_deg(by.ci95_drive), limit_deg)):
+        return True
+    is_over = standing(own, limit_deg) == "over"
+    return is_over and (whole[0] <= 0.0 <= whole[1]) != (by_whole[0] <= 0.0 <= by_whole[1])
 
 
 def in_deg(interval: Interval) -> Interval:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
-from oncenter.estimates.by_priors import PRIORS_IN_WORDS, OffsetBy
+from oncenter.estimates.by_priors import PRIORS_IN_WORDS, ByPrior, OffsetBy
 from oncenter.offset.answer import NOT_YET_OR_NO_MORE
 from oncenter.report.course import Course, course
 from oncenter.report.document import (
@@ -125,23 +125,26 @@ def _by_priors(answer: Answer) -> str:
         return "; ".join(f"{number(low / DEGREE, 2, True)} to {number(high / DEGREE, 2, True)}" for low, high in ends)
 
     lines = [
-        f'<tr><th scope="row">{PRIORS_IN_WORDS[each.prior]}</th><td class="number">{each.size:.2g}</td>'
-        f'<td class="number">{interval(now + each.halved, each.inside_drive)}</td>'
-        f'<td class="number">{interval(now + each.doubled, each.inside_drive)}</td></tr>'
+        f'<tr><th scope="row">{PRIORS_IN_WORDS[each.prior]}, {each.size:.2g}{_unit_of(each)}</th>'
+        f'<td class="number" data-label="by half">{interval(now + each.halved, each.inside_drive)}</td>'
+        f'<td class="number" data-label="by twice">{interval(now + each.doubled, each.inside_drive)}</td></tr>'
         for each in answer.by_priors
     ]
-    return f"""<section>
+    return f"""<section class="numbers">
 <h2>Dependence on priors</h2>
 <p>The 95 % interval of the offset (deg) where a prior is half or twice as large. The prior of the accelerometer's
 zero also changes the part from the driving, which stands first.</p>
-<table>
-<thead><tr><th>Prior</th><th class="number">sd, m/s²; axle set-up: probability</th><th class="number">by half</th>
-<th class="number">by twice</th></tr></thead>
+<table class="quantities">
+<thead><tr><th>Prior</th><th class="number">by half</th><th class="number">by twice</th></tr></thead>
 <tbody>
 {joined(lines)}
 </tbody>
 </table>
 </section>"""
+
+
+def _unit_of(each: ByPrior) -> str:
+    return " of all axles" if each.prior == "axle_set_up" else " m/s² (sd)"
 
 
 def _parts(answer: Answer) -> list[str]:

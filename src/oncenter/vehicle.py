@@ -17,6 +17,7 @@ from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.shipped import shipped
 from oncenter.files.toml_file import read_toml, refusal
+from oncenter.learned_priors import LearnedPriors, learned_priors
 from oncenter.nearest_name import did_you_mean, nearest
 from oncenter.param_table import params
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, STATUSES, SignalName
@@ -93,6 +94,12 @@ class Sensors(BaseModel):
     speed_scale_percent: Annotated[Number, bounds("sensors.speed_scale_percent")] = 5.0
 
 
+class _PriorsFrom(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    from_: str = Field(alias="from", min_length=1, max_length=4096)
+
+
 class Vehicle(BaseModel):
     """A truck. All values narrow the interval or name signals. Without `wheelbase_m` or `steering_ratio` the joint
     method estimates their product from the drive.
@@ -134,9 +141,11 @@ class Vehicle(BaseModel):
     signals: Mapping[str, _SignalEntry] = {}
     dbc: tuple[Path, ...] = ()
     params: Mapping[str, float] = {}
+    priors: _PriorsFrom | None = None
     source: Mapping[str, str] = {}
     _origin: str = PrivateAttr("")  # the vehicle file, for messages
     _assumed: tuple[str, ...] = PrivateAttr(())
+    _learned: LearnedPriors | None = PrivateAttr(None)
 
     @model_validator(mode="before")
     @classmethod
@@ -248,6 +257,11 @@ class Vehicle(BaseModel):
     def origin(self) -> str:
         """The vehicle file, as it was named; empty where there is none."""
         return self._origin
+
+    @property
+    def learned(self) -> LearnedPriors | None:
+        """The priors of a fleet that the file reads."""
+        return self._learned
 
     @property
     def assumed(self) -> tuple[str, ...]:
@@ -497,20 +511,39 @@ def vehicle(path: str | os.PathLike[str]) -> Vehicle:
             file = by_name
     except (OSError, ValueError):  # reading gives the reason
         pass
-    truck = vehicle_from(read_toml(file, f"vehicle file {path}", code=_CODE), str(path))
+    truck = vehicle_from(read_toml(file, f"vehicle file {path}", code=_CODE), str(path), file.parent)
     return truck.model_copy(update={"dbc": tuple(file.parent / each for each in truck.dbc)})
 
 
-def vehicle_from(values: Mapping[str, Any], origin: str) -> Vehicle:
-    """A vehicle from the values of a vehicle file; raises as `vehicle` does, with `origin` in the message."""
+def vehicle_from(values: Mapping[str, Any], origin: str, folder: Path | None = None) -> Vehicle:
+    """A vehicle from the values of a vehicle file; raises as `vehicle` does, with `origin` in the message.
+
+    `folder` is that of the file; without one, the values cannot read a fleet's priors from another file.
+    """
     if "schema" in values:  # of what oncenter writes, such as the truth of a simulated drive
         raise refusal(f"vehicle file {origin}: holds {values['schema']}, and no vehicle", _CODE)
     try:
-        truck = Vehicle.model_validate({"name": Path(origin).stem, **values})
+        learned = _learned(values, origin, folder)
+        given = values if learned is None else {**values, "params": {**learned.params, **values.get("params", {})}}
+        truck = Vehicle.model_validate({"name": Path(origin).stem, **given})
     except ValidationError as error:
         raise refusal(f"vehicle file {origin}: {_first_error(error)}", _CODE) from None
-    truck._origin = origin
+    truck._origin, truck._learned = origin, learned
     return truck
+
+
+def _learned(values: Mapping[str, Any], origin: str, folder: Path | None) -> LearnedPriors | None:
+    """The priors of the file that `[priors]` names; its own table is checked before."""
+    if "priors" not in values:
+        return None
+    path = _PriorsFrom.model_validate(values["priors"]).from_
+    if folder is None:
+        raise refusal(
+            f"vehicle file {origin}: 'priors' needs a vehicle file on the disk, beside which the path is", _CODE
+        )
+    if not isinstance(values.get("params", {}), Mapping):
+        return None
+    return learned_priors(folder / path, Path(origin).stem, values)
 
 
 def _first_error(error: ValidationError) -> str:

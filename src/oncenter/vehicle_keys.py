@@ -405,6 +405,14 @@ TABLES: dict[str, Key] = {
             without="the defaults",
         ),
         Key(
+            "priors",
+            "`from`: the file that `oncenter fleet priors` has written, relative to the folder of the vehicle file. "
+            "Its values for the type of this name, else for all trucks, replace the defaults of pull, axle set-up, "
+            "play and understeer gradient; values of this file replace them.",
+            {"from": "fleet_priors.toml"},
+            without="the defaults",
+        ),
+        Key(
             "source",
             "By key, where its value comes from. For people; nothing is computed from it.",
             {"wheelbase_m": "data sheet of the maker"},

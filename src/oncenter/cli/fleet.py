@@ -27,7 +27,7 @@ def _fleet(context: typer.Context) -> None:
     """Find the trucks of a fleet that need a calibration, since when, and how certain that is."""
     if context.invoked_subcommand is None:
         raise OncenterError(
-            "fleet needs a command: oncenter fleet run, fleet trucks or fleet query",
+            "fleet needs a command: oncenter fleet run, fleet trucks, fleet priors or fleet query",
             code="usage",
             exit_code=WRONG_USAGE,
         )
@@ -125,6 +125,19 @@ def trucks(
         typer.echo(as_csv(rows, "\n"), nl=False)
     else:
         write_csv(Path(csv), rows)
+
+
+@fleet.command(epilog="Example: oncenter fleet priors fleet --output fleet_priors.toml")
+def priors(
+    tables: Annotated[Path, typer.Argument(metavar="FLEET", help="Folder that oncenter fleet run has written.")],
+    output: Annotated[
+        Path, typer.Option("--output", metavar="FILE", help="The file to write, which vehicle files name in [priors].")
+    ] = Path("fleet_priors.toml"),
+) -> None:
+    """Learn the priors of pull, play, understeer gradient and axle set-up from trucks driven at several loads."""
+    from oncenter.fleet.priors import write_priors
+
+    typer.echo(write_priors(tables, output))
 
 
 @fleet.command(epilog='Example: oncenter fleet query "select truck, verdict from trucks" --output fleet')

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from oncenter import _core
+from oncenter.learned_priors import LearnedPriors
 from oncenter.signals import DEGREE
 
 Name = Literal["pull", "mean_wind", "axle_set_up", "axle_layout"]
@@ -74,13 +75,16 @@ class Pull:
         return f"the truck pulls by {self.value:+.2f} ± {max(1.96 * self.sd, 0.01):.2f} m/s^2"
 
 
-def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_sign: float) -> Iterator[Cause]:
+def causes_of(
+    parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_sign: float, learned: LearnedPriors | None = None
+) -> Iterator[Cause]:
     """The causes of the joint method, also where they have no effect on the offset; none whose prior excludes it.
 
     Args:
         parts: the core's oc_offset_parts as a dict.
         params: in force.
         traffic_sign: 1 where traffic keeps right, -1 left, 0 not configured.
+        learned: the fleet's priors that the vehicle file reads.
     """
     per = parts["per_acceleration"]
     has_pull = params["known_pull_sd_m_s2"] > 0.0  # a configured pull includes the set-up of the axle
@@ -90,7 +94,7 @@ def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_s
         ("mean_wind", parts["wind_sd"], "wind_sd_m_s2", "a drive's mean crosswind"),
     )
     for name, sd_rad, param, about in causes:
-        prior = Prior(params[param], f"{about}: {_origin(param, params)}")
+        prior = Prior(params[param], f"{about}: {_origin(param, params, learned)}")
         if prior.sd_m_s2 > 0.0:
             yield Cause(name, _shift(sd_rad, per, prior), sd_rad, prior)
     crown = params["crown_m_s2"]
@@ -99,7 +103,7 @@ def causes_of(parts: _core.OcOffsetParts, params: Mapping[str, float], traffic_s
         sides = 1.0 - probability if traffic_sign != 0.0 else 1.0  # of an unknown side the mean shift is zero
         sd_m_s2 = crown * math.sqrt(probability * sides)
         about = f"{100.0 * probability:g} axles in 100 are set up for a crown of {crown:g} m/s^2"
-        prior = Prior(sd_m_s2, f"{about}: {_origin('crown_m_s2', params)}")
+        prior = Prior(sd_m_s2, f"{about}: {_origin('set_up_probability_1', params, learned)}")
         yield Cause("axle_set_up", _shift(parts["set_up_sd"], per, prior), parts["set_up_sd"], prior)
 
 
@@ -119,7 +123,9 @@ def _shift(sd_rad: float, per_acceleration: float, prior: Prior) -> float:
     return sd_rad / per_acceleration if per_acceleration > _PER_ACCELERATION_MIN else prior.sd_m_s2
 
 
-def _origin(param: str, params: Mapping[str, float]) -> str:
+def _origin(param: str, params: Mapping[str, float], learned: LearnedPriors | None) -> str:
+    if learned is not None and learned.params.get(param) == params[param]:
+        return f"learned {learned.source}, parameter {param}"
     is_default = params[param] == _core.default_params()[param]
     return f"{'the default' if is_default else 'given'}, parameter {param}"
 

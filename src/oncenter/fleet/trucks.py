@@ -122,7 +122,8 @@ class Trucks:
 
     def _dbc(self, stem: str) -> tuple[Path, ...]:
         try:
-            return self.vehicle(stem).dbc
+            truck = self.vehicle(stem)
+            return (*truck.dbc, truck.learned.path) if truck.learned else truck.dbc
         except OncenterError:  # reported for each log
             return ()
 

@@ -129,6 +129,7 @@ class Filter:
         unknown_side = np.where(side == 0.0, priors.crown_m_s2, 0.0)
         self.state = np.zeros((n, len(STATE)))
         self.state[:, PLAY] = priors.play_mean_rad
+        self.state[:, PULL] = priors.pull_mean_m_s2 * side if with_pull else 0.0
         self.state[:, OFFSET], offset_sd = _first_guess(drives.offset, drives.offset_sd)
         self.covariance = np.zeros((n, len(STATE), len(STATE)))
         for place, sd in (

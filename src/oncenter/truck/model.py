@@ -16,7 +16,7 @@ from oncenter.truck.priors import Priors
 from oncenter.truck.readings import BIAS, OFFSET, PLAY, PULL, loads_of
 from oncenter.truck.zero import Zero, zero_of
 
-_LOADS_DIFFER = 0.2  # of the largest gradient above the smallest: tuned, twice the scatter of one load
+LOADS_DIFFER = 0.2  # of the largest gradient above the smallest: tuned, twice the scatter of one load
 
 
 @dataclass(frozen=True)
@@ -97,7 +97,7 @@ def learn(drives: Summaries, priors: Priors, changed: Truths | None = None) -> T
         *mixed(PULL),
         *of(PLAY),
         *of(BIAS),
-        load_would_help=loads_of(drives, priors).differ_by() < _LOADS_DIFFER,
+        load_would_help=loads_of(drives, priors).differ_by() < LOADS_DIFFER,
         steps=tuple(sorted(steps, key=lambda step: (step.truck, step.at))),
         since=tuple(int(np.flatnonzero(one)[-1]) if one.any() else 0 for one in stepped),
         zero=tuple(_zero(one, own, sd) for one, own, sd in zip(stepped, offsets, offset_sds, strict=True)),

@@ -17,6 +17,7 @@ class Priors:
     bench/trucks.py, which no published figure uses.
 
     Attributes:
+        pull_mean_m_s2: to the side of traffic: of axles set up for the crown, in the search for them.
         play_mean_rad, play_sd_rad: the joint model's WIDTH.
         gradient_mean_rad_m_s2, load_spread_1: of K before the first drive, and between a truck's loads, a share of it.
         compliance_share_1: of K, from steering compliance under the king pins' moment (bench/population.py).
@@ -38,6 +39,7 @@ class Priors:
     crown_sd_m_s2: float
     standing_crown_share_1: float
     standing_slope_sd_m_s2: float
+    pull_mean_m_s2: float = 0.0
     play_mean_rad: float = PRIORS["WIDTH"][0]
     play_sd_rad: float = PRIORS["WIDTH"][1]
     gradient_mean_rad_m_s2: float = PRIORS["GRADIENT"][0]

@@ -63,12 +63,14 @@ def _first_words(truck: Vehicle) -> Iterator[str]:
 
 
 def _given(truck: Vehicle) -> Iterator[tuple[str, str]]:
-    for name in truck.model_fields_set - {"name", *_SHOWN, "params", "signals", "source", "sensors", "dbc"}:
+    for name in truck.model_fields_set - {"name", *_SHOWN, "params", "signals", "source", "sensors", "dbc", "priors"}:
         value = getattr(truck, name)
         unit = f" {KEYS[name].unit}" if KEYS[name].unit else ""
         yield name, f"{value:g}{unit}" if isinstance(value, float) else str(value)
     for path in truck.dbc:
         yield "dbc", str(path)
+    if truck.learned is not None:
+        yield "priors", f"learned {truck.learned.source}"
     for signal, entry in truck.signals.items():
         yield (
             f"signals.{signal}",

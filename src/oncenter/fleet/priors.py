@@ -1,0 +1,119 @@
+"""`oncenter fleet priors`: the priors that a fleet's trucks teach, by type, as a file that vehicle files read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from oncenter import _core
+from oncenter.errors import OncenterError
+from oncenter.files.toml_text import entry
+from oncenter.files.whole_file import check_place, write_whole
+from oncenter.fleet.sql import result_of
+from oncenter.fleet.summaries import summary_of_row
+from oncenter.learned_priors import error_key
+from oncenter.signals import DEGREE
+from oncenter.truck.drives import Summary, together
+from oncenter.truck.population import TRUCKS_MIN, Learned, Population, population_of, trucks_of_several_loads
+from oncenter.truck.priors import priors_of
+
+_DRIVES_MAX = 40  # of a truck, the newest: more add little to what its loads say
+_GIVEN = ("summary_known_pull_sd_m_s2", "summary_known_play_sd_deg")  # columns of a drive
+_TRUCKS_MAX = 1000  # of a type
+_DIGITS = 4
+
+
+def write_priors(output: Path, path: Path) -> str:
+    """Writes the file, and says in a line of what.
+
+    Raises:
+        OncenterError: "output", exit code 2: no tables of a run. "too_few_loads", exit code 1: too few trucks were
+            driven at several loads, and there is no file.
+    """
+    check_place(path)
+    trucks = _by_truck(result_of("SELECT * FROM drives ORDER BY truck, start", output).to_dicts())
+    everyone = [drives for _, drives in trucks]
+    found = _learned(everyone)
+    if found is None:
+        several = sum(trucks_of_several_loads(together(everyone), priors_of())) if everyone else 0
+        raise OncenterError(
+            f"no priors: {several} of {len(everyone)} trucks were driven at loads whose understeer gradients differ by "
+            f"20 % or more, {TRUCKS_MIN} are needed; one load cannot part a pull from the accelerometer's zero. Drives "
+            "answered by a given pull or play do not count",
+            code="too_few_loads",
+        )
+    types = {stem: [drives for one, drives in trucks if one == stem] for stem in sorted({stem for stem, _ in trucks})}
+    by_type = {stem: own for stem, drives in types.items() if stem and (own := _learned(drives)) is not None}
+    write_whole(path, "\n".join(_lines(found, by_type)) + "\n")
+    return f"{path}: {_words(found)}"
+
+
+def _by_truck(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, list[Summary]]]:
+    """Vehicle file and drives of each truck, without those answered by a given pull or play: learned ones are no
+    evidence."""
+    trucks: dict[str, tuple[str, list[Summary]]] = {}
+    for row in rows:
+        teaches = row["copy_of"] is None and row["truck"] and not any(row.get(given) for given in _GIVEN)
+        summary = summary_of_row(row) if teaches else None
+        if summary is not None:
+            trucks.setdefault(row["truck"], (row["vehicle_file"] or "", []))[1].append(summary)
+    return [(stem, drives[-_DRIVES_MAX:]) for stem, drives in trucks.values()]
+
+
+def _learned(trucks: Sequence[Sequence[Summary]]) -> Population | None:
+    """Of the trucks with several loads; None where they are too few."""
+    if not trucks:
+        return None
+    priors = priors_of()
+    several = trucks_of_several_loads(together(trucks), priors)
+    chosen = [drives for drives, has in zip(trucks, several, strict=True) if has][:_TRUCKS_MAX]
+    if len(chosen) < TRUCKS_MIN:
+        return None
+    return population_of(together(chosen), priors, _core.default_params()["set_up_probability_1"])
+
+
+def _values(found: Population) -> dict[str, tuple[Learned, float]]:
+    """By key, and the key's unit in SI or rad."""
+    values = {
+        "pull_sd_m_s2": (found.pull_sd, 1.0),
+        "play_deg": (found.play_mean, DEGREE),
+        "play_sd_deg": (found.play_sd, DEGREE),
+        "understeer_gradient_deg_m_s2": (found.gradient_mean, DEGREE),
+        "understeer_gradient_sd_deg_m_s2": (found.gradient_sd, DEGREE),
+    }
+    return values | ({"set_up_probability_1": (found.set_up, 1.0)} if found.set_up is not None else {})
+
+
+def _lines(found: Population, by_type: Mapping[str, Population]) -> Iterator[str]:
+    trucks = found.pull_sd.trucks
+    today = datetime.now(UTC).date().isoformat()
+    yield f"# Priors that {trucks} trucks teach, by oncenter {_core.version()} on {today}: oncenter fleet priors."
+    yield "# Each value has its standard error beside it. A vehicle file reads them by [priors] with from = this file."
+    yield "# All trucks; a type below, the name of its vehicle file, replaces them."
+    yield "[priors]"
+    yield from _table(found)
+    for stem, own in by_type.items():
+        yield ""
+        yield f"[types.{entry(stem, 0).rpartition(' = ')[0]}]"
+        yield from _table(own)
+
+
+def _table(found: Population) -> Iterator[str]:
+    yield entry("trucks", found.pull_sd.trucks)
+    for key, (learned, unit) in _values(found).items():
+        yield entry(key, round(learned.value / unit, _DIGITS))
+        yield entry(error_key(key), round(learned.error / unit, _DIGITS))
+
+
+def _words(found: Population) -> str:
+    parts = [
+        f"pull sd {found.pull_sd.value:.3f} ± {found.pull_sd.error:.3f} m/s^2",
+        f"play {found.play_mean.value / DEGREE:.1f} deg (sd {found.play_sd.value / DEGREE:.1f})",
+        f"understeer gradient {found.gradient_mean.value / DEGREE:.2f} deg/(m/s^2) "
+        f"(sd {found.gradient_sd.value / DEGREE:.2f})",
+    ]
+    if found.set_up is not None:
+        parts.append(f"{100.0 * found.set_up.value:.0f} axles in 100 set up for the crown")
+    return f"{found.pull_sd.trucks} trucks with several loads: {', '.join(parts)}"

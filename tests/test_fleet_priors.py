@@ -127,7 +127,7 @@ def test_a_vehicle_file_reads_what_a_fleet_has_taught(written: Path, tmp_path: P
     truck = oncenter.vehicle(tmp_path / "rigid.toml")
     used = params_of(truck, {})
     assert used["pull_sd_m_s2"] == pytest.approx(np.hypot(0.03, 0.004))
-    assert used["set_up_probability_1"] == 0.08
+    assert used["set_up_probability_1"] == pytest.approx(0.08 + 0.05)
     assert used["known_play_rad"] == pytest.approx(5.0 * DEGREE) and used["known_play_sd_rad"] > 1.5 * DEGREE
     assert used["known_understeer_gradient_rad_m_s2"] == pytest.approx(0.45 * DEGREE)
     parts: _core.OcOffsetParts = {

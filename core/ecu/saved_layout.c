@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x38A9DD5Fu;
+static const uint32_t layout_hash = 0xF3B617DBu;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -35,7 +35,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, tracking.assignment.witnesses[0].steps, 1, tracking.assignment.witnesses),
     FLOATS_OF_EACH(oc_state, tracking.assignment.pairs[0].weights[0], 68, tracking.assignment.pairs),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.pairs[0].halved, 1, tracking.assignment.pairs),
-    FLOATS(oc_state, tracking.assignment.sums[0], 18), INTEGERS(oc_state, tracking.assignment.ticks, 11),
+    FLOATS(oc_state, tracking.assignment.sums[0], 18), INTEGERS(oc_state, tracking.assignment.ticks, 12),
     ENUMS(oc_state, tracking.assignment.fault, 1), DOUBLES(oc_state, tracking.preprocess.yaw_rate.s1, 84),
     INTEGERS(oc_state, tracking.preprocess.angle_next, 7), DOUBLES(oc_state, tracking.straight.filling.weight, 147),
     INTEGERS(oc_state, tracking.cornering.ticks, 3), DOUBLES(oc_state, tracking.cornering.filling.weight, 147),
@@ -58,7 +58,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
     DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 25), INTEGERS(oc_state, evidence.gyro_bias.due, 8),
     ENUMS(oc_state, evidence.gyro_bias.status, 1), DOUBLES(oc_state, evidence.wheel_speed.difference, 3),
-    INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 29),
+    INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 33),
     DOUBLES(oc_state, evidence.joint.speed_mean, 5),
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -78,7 +78,19 @@ class ByPrior:
         }
 
 
-def priors_in(params: Mapping[str, float]) -> Iterator[tuple[Prior, str]]:
+def by_priors(
+    solved: Callable[[Mapping[str, float]], OffsetBy | None], params: Mapping[str, float]
+) -> Iterator[ByPrior]:
+    """The moves by each prior, where `solved` gives an offset by other params on the same evidence. They are compared
+    with the one solved by the priors in force: an answer has equations that were solved seconds before its end."""
+    start = solved(params)
+    for prior, param in _priors_in(params) if start is not None else ():
+        halved, doubled = (solved(_scaled(params, param, factor)) for factor in (0.5, 2.0))
+        if start is not None and halved is not None and doubled is not None:
+            yield ByPrior(prior, param, params[param], halved - start, doubled - start)
+
+
+def _priors_in(params: Mapping[str, float]) -> Iterator[tuple[Prior, str]]:
     """The priors with an effect by these params, each with its parameter."""
     measures = bool(params["use_accelerometer"])
     has_pull = params["known_pull_sd_m_s2"] > 0.0  # a configured pull includes the set-up of the axle
@@ -98,7 +110,7 @@ def priors_in(params: Mapping[str, float]) -> Iterator[tuple[Prior, str]]:
             yield prior, param
 
 
-def scaled(params: Mapping[str, float], param: str, factor: float) -> dict[str, float]:
+def _scaled(params: Mapping[str, float], param: str, factor: float) -> dict[str, float]:
     """The params with one prior `factor` times as large, within its range."""
     row = param_table()[param]
     return {**params, param: min(max(factor * params[param], row.low), row.high)}

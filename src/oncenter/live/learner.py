@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
 from oncenter.errors import OncenterError
+from oncenter.estimates.by_priors import OffsetBy, by_priors
 from oncenter.offset import inputs
 from oncenter.offset.answer import Answer
-from oncenter.offset.assemble import answer_so_far
+from oncenter.offset.assemble import answer_so_far, offset_by
 from oncenter.offset.bias_course import BiasCourse
 from oncenter.offset.withheld import Gaps, absent_ticks
 from oncenter.read.frames import Frames
@@ -100,9 +101,15 @@ class Learner:
         try:
             gaps = Gaps(self._absent_ticks / self.stream.rate_hz, self._turning_ticks / self.stream.rate_hz)
             answer = answer_so_far(native, self._signals(), self.vehicle, self.params, gaps)
+            if answer.offset.value is not None:
+                answer = replace(answer, by_priors=tuple(by_priors(self._offset_by, self.params)))
         except OncenterError:
             answer = None
         return Known(answer, lacking_s, evidence_lacking_s, self._flank_s)
+
+    def _offset_by(self, params: Mapping[str, float]) -> OffsetBy | None:
+        assert self.core is not None
+        return offset_by(self.core.answer_by(core_of(self.vehicle, self.stream.rate_hz, params=params)))
 
     def _step(self, ticks: Ticks) -> list[Stepped]:
         count = len(ticks["time_s"])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
-from oncenter.estimates.by_priors import ByPrior, OffsetBy, priors_in, scaled
+from oncenter.estimates.by_priors import OffsetBy, by_priors
 from oncenter.estimates.cause import by_layout
 from oncenter.estimates.changes import Change, changes_of
 from oncenter.estimates.estimates import DEFAULT_METHOD, METHODS, Method
@@ -225,18 +225,9 @@ def _combined(runs: Sequence[_Run], vehicle: Vehicle, params: Mapping[str, float
     return combined(tuple(Drive(tuple(run.logs), run.native, run.changes) for run in runs), vehicle, params)
 
 
-def _by_priors(result: _Result, vehicle: Vehicle, params: Mapping[str, float]) -> Iterator[ByPrior]:
-    """The offset by each prior halved and doubled: the same evidence, its equations solved anew. They are compared with
-    those solved anew by the priors in force, since the answer has some that were solved seconds before its end."""
-
-    def solved(by: Mapping[str, float]) -> OffsetBy | None:
-        return offset_by(_wider(_native_by(result.runs, vehicle, by), result.layout_sd))
-
-    start = solved(params)
-    for prior, param in priors_in(params) if start is not None else ():
-        halved, doubled = (solved(scaled(params, param, factor)) for factor in (0.5, 2.0))
-        if start is not None and halved is not None and doubled is not None:
-            yield ByPrior(prior, param, params[param], halved - start, doubled - start)
+def _offset_by(result: _Result, vehicle: Vehicle, params: Mapping[str, float]) -> OffsetBy | None:
+    """The offset of this result by other priors: the same evidence, its equations solved anew."""
+    return offset_by(_wider(_native_by(result.runs, vehicle, params), result.layout_sd))
 
 
 def _native_by(runs: Sequence[_Run], vehicle: Vehicle, params: Mapping[str, float]) -> _core.OcAnswer:
@@ -287,7 +278,7 @@ def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[st
         return replace(answer, findings=(*answer.findings, *result.left_out))
     moves = answer.zero == "moves" or answer.sensor_fault in _MAY_BE_ANOTHER_SIGNAL
     if method == "joint" and answer.offset.value is not None:
-        answer = replace(answer, by_priors=tuple(_by_priors(result, vehicle, params)))
+        answer = replace(answer, by_priors=tuple(by_priors(lambda other: _offset_by(result, vehicle, other), params)))
     answer = without_faulty_estimates(answer, contradicts=moves or is_implausible(native))
     found = coarse_recording_findings(native, result.coarse, method)
     answer = replace(answer, findings=(*result.left_out, *answer.findings, *found))

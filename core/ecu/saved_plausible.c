@@ -119,6 +119,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.wind), OC_WINDS, ACCELERATION,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].target_mean), 1, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].width_mean), 1, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].learned_s), 2, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].blocks.factor), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].long_blocks.factor), 1, NOT_NEGATIVE,

@@ -21,6 +21,7 @@ _NUMBERS = {
     "longitudinal_acceleration_m_s2": "motion.longitudinal_acceleration",
     "bank_m_s2": "motion.bank",
     "lateral_acceleration_m_s2": "motion.lateral_acceleration",
+    "rear_part_rad": "motion.rear_part",
     "residual_rad": "motion.residual",
     "offset_rad": "offset",
     "offset_sd_rad": "offset_sd",

@@ -53,7 +53,7 @@ def test_offset_play_and_gradient_are_estimated_together(steering: str, within_d
 def test_a_motor_that_steers_behind_lash_while_a_hand_rests_makes_the_offset_less_certain() -> None:
     spells = "carries_s = [[100.0, 330.0], [400.0, 690.0], [750.0, 890.0]]"
     motor = f"lash_deg = 3.0\ndead_band_deg = 0.5\nresting_torque_n_m = 1.5\n{spells}\n"
-    columns, truth = driven(f"{CREEPING}\n[steering.overlay_motor]\n{motor}", 1, 900.0)
+    columns, truth = driven(f"{CREEPING}\n[steering.overlay_motor]\n{motor}", 3, 900.0)
     found = answer_of(columns, truth)
     assert found["steered_by"] > 2.0 * DEGREE and 300.0 < found["steered_since_s"] < 900.0
     assert status(found["offset"]) != "valid" and holds(found["offset"], truth.offset_rad)

@@ -21,7 +21,8 @@ static const double wandering_memory_s = 200.0; /* s: memory of the mean bank if
 static const double crowned_curvature = 0.0025; /* 1/m: curvature up to which a road is crowned */
 static const float settled_age_s = 300.0f; /* s: minimum evidence for the check for changes */
 static const float place_settling_s = 20.0f; /* s: no change is suspected after a reset of the place */
-static const float outlying_error = 2.0f * 0.017453292f; /* rad: minimum error of a second far from the prediction */
+static const float outlying_error = 1.5f * 0.017453292f; /* rad: minimum error of a second far from the prediction */
+static const float outlying_max = 8.0f * 0.017453292f; /* rad: maximum error of such a second */
 static const float outlying_sds = 4.0f; /* the same, in standard deviations of the prediction error */
 static const float rare_flank_s = 60.0f; /* s: load on a flank until an error there may be a change */
 static const float flank_margin = 0.02f; /* m/s^2: beyond friction and a_0's sd, from which a flank is loaded */
@@ -251,21 +252,21 @@ static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking,
     }
 }
 
-/* Seconds far from the prediction: where a motor steers for minutes, the driver's own steering is. */
+/* Seconds far from the prediction on one side: where a motor steers for minutes, the driver's own steering is. */
 static void count_outlying(oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    const float size = fabsf(best->error), keep = joint->second.memory_share;
+    const float error = best->error, keep = joint->second.memory_share, seconds = joint->second.second_s;
     if (!(joint->second.used_s > settled_age_s)) {
         return;
     }
-    const bool outlying = size > outlying_error && size * size > outlying_sds * outlying_sds * best->variance;
-    joint->checked_s = keep * joint->checked_s + joint->second.second_s;
+    joint->checked_s = keep * joint->checked_s + seconds;
     joint->outlying_s = keep * joint->outlying_s;
     joint->outlying_sum = keep * joint->outlying_sum;
-    if (outlying) {
-        joint->outlying_since_s = joint->outlying_s > 0.0f ? joint->outlying_since_s : joint->second.used_s;
-        joint->outlying_s += joint->second.second_s;
-        joint->outlying_sum += joint->second.second_s * size;
+    const bool as_play = fabsf(error) > outlying_error && fabsf(error) < outlying_max;
+    if (as_play && error * error > outlying_sds * outlying_sds * best->variance) {
+        joint->outlying_since_s = joint->outlying_since_s > 0.0f ? joint->outlying_since_s : joint->second.used_s;
+        joint->outlying_s += error > 0.0f ? seconds : -seconds;
+        joint->outlying_sum += seconds * error;
     }
 }
 

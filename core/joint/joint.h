@@ -110,8 +110,8 @@ typedef struct {
     float along, across;         /* cosine and sine of the heading, from when it was last lost */
     float loaded_left_s, loaded_right_s; /* s of lateral force beyond friction, on either side of a_0 */
     float checked_s;             /* s of settled evidence after forgetting, of which: */
-    float outlying_s;            /* s that are far from the prediction */
-    float outlying_sum;          /* rad s, their errors' sizes */
+    float outlying_s;            /* s that are far above the prediction, less those far below */
+    float outlying_sum;          /* rad s, their errors */
     float outlying_since_s;      /* s of used driving before the first of them */
     oc_change_watch watch;
     double speed_mean;              /* m/s, over all usable samples */
@@ -188,8 +188,8 @@ float oc_joint_memory(const oc_joint *joint, const oc_joint_design *design);
  * and the flank was loaded for a moment. */
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side);
 
-/* rad, mean error of the seconds far from the prediction, where they are so many that something seems to steer: of the
- * play, one flank then stays loaded for minutes. Else 0. */
+/* rad, mean error of the seconds far from the prediction, where so many are on one side that something seems to steer:
+ * of the play, one flank then stays loaded for minutes. Else 0. */
 float oc_joint_steered_by(const oc_joint *joint);
 
 /* Whether a_0 is far from its prior while one flank was loaded for a short time only. */

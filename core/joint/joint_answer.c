@@ -18,7 +18,8 @@ static const float offset_error = 0.04f * 0.017453292f; /* rad: sd of the offset
 static const float unloading_error = 0.006f; /* m/s^2: sd of a_0 by compliance of the steering */
 static const float gradient_share_sd = 0.7f; /* sd of K over K without an accelerometer */
 static const float walk_step = 0.5f * 0.017453292f; /* rad: sd of the offset by the next step of one that walks */
-static const float steered_share = 0.0095f; /* share of seconds far from the prediction if something steers */
+/* share of seconds far from the prediction on one side if something steers */
+static const float steered_share = 0.008f;
 static const float steered_checked_s = 300.0f; /* s: minimum of checked evidence for this share */
 static const float moment_s = 1.0f; /* s: load on a flank after which a found play needs no more */
 /* end */
@@ -42,8 +43,8 @@ bool oc_joint_is_implausible(const oc_joint *joint) {
 }
 
 float oc_joint_steered_by(const oc_joint *joint) {
-    const bool steered = joint->outlying_s > steered_share * oc_max(joint->checked_s, steered_checked_s);
-    return steered ? joint->outlying_sum / joint->outlying_s : 0.0f;
+    const bool steered = fabsf(joint->outlying_s) > steered_share * oc_max(joint->checked_s, steered_checked_s);
+    return steered ? fabsf(joint->outlying_sum / joint->outlying_s) : 0.0f;
 }
 
 /* The share that a flank lacks of its required time. */

@@ -88,7 +88,7 @@ oc_error oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answe
     answer->loaded_right_s = (double)now->joint.loaded_right_s;
     answer->unexplained = sqrt((double)now->joint.second.reference);
     answer->steered_by = (double)oc_joint_steered_by(&now->joint);
-    answer->steered_s = answer->steered_by > 0.0 ? (double)now->joint.outlying_s : 0.0;
+    answer->steered_s = answer->steered_by > 0.0 ? fabs((double)now->joint.outlying_s) : 0.0;
     answer->steered_since_s = answer->steered_by > 0.0 ? (double)now->joint.outlying_since_s : 0.0;
     answer->lacking_to_left = jointly ? oc_joint_flank_lacking(&now->joint, &c->joint, 1) : 0.0;
     answer->lacking_to_right = jointly ? oc_joint_flank_lacking(&now->joint, &c->joint, -1) : 0.0;

@@ -301,7 +301,7 @@ def _accelerometer_moves(found: Kind, native: _core.OcAnswer, params: Mapping[st
 
 @finding("seems_steered", "warning", "s")
 def _seems_steered(found: Kind, native: _core.OcAnswer) -> Finding | None:
-    """Seconds far from the prediction, too many for kerbs and gusts: the other flank of the play than usual."""
+    """Seconds far from the prediction, too many on one side for kerbs and gusts: the other flank than usual."""
     if native["steered_s"] <= 0.0:
         return None
     is_told = dict(zip(_core.REASONS, native["rejected"], strict=True))["steering_assist"] > 0.0

@@ -56,6 +56,10 @@ def test_two_axles_do_not_resist_and_a_param_says_more_than_a_layout() -> None:
     assert of_layout("6x4", params={"pull_sd_m_s2": 0.1}).params == {SIDE_FORCE: 19.0, "pull_sd_m_s2": 0.1}
 
 
+def test_a_tag_axle_that_steers_rolls_along_the_bend_and_resists_nothing() -> None:
+    assert SIDE_FORCE not in of_layout("6x2", rear_axle_steers="tag").params
+
+
 def test_an_axle_that_is_up_resists_no_more() -> None:
     """Its truck turns as if it were 15 % shorter; a file that is 5 % off lifts none, nor adds one."""
     joint, design = ffi.new("oc_joint *"), ffi.new("oc_joint_design *", {"tandem": 12.0})

@@ -155,7 +155,7 @@ class Vehicle(BaseModel):
             return values
         layout, steers = values.get("axle_layout"), values.get("rear_axle_steers")
         given: dict[str, float] = {}
-        if isinstance(layout, str) and layout in _TANDEM_SIDE_FORCE_M2_S2:
+        if isinstance(layout, str) and layout in _TANDEM_SIDE_FORCE_M2_S2 and steers != "tag":
             given["tandem_side_force_m2_s2"] = _TANDEM_SIDE_FORCE_M2_S2[layout]
         if isinstance(steers, str) and steers in _REAR_AXLE_WEIGHT_1:
             given["rear_axle_weight_1"] = _REAR_AXLE_WEIGHT_1[steers]

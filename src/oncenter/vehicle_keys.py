@@ -121,7 +121,8 @@ KEYS: dict[str, Key] = {
         Key(
             "axle_layout",
             "Number of wheels x number of driven wheels. Rear axles that resist turning load the front axle in bends: "
-            "for 6x2, 6x4 and 8x4 oncenter sets the parameter `tandem_side_force_m2_s2`, unless [params] gives it.",
+            "for 6x2, 6x4 and 8x4 oncenter sets the parameter `tandem_side_force_m2_s2`, unless the tag axle steers or "
+            "[params] gives it.",
             "4x2",
             choices=("4x2", "6x2", "6x4", "8x4"),
             where="Model name or type plate. 4x2: two axles; 6x2, 6x4: three; 8x4: four, two of them steered. "

@@ -131,3 +131,15 @@ def test_a_laden_three_axle_truck_is_measured_the_better_for_its_layout(tmp_path
             errors.append((offset.value - true) / DEGREE)
     assert abs(np.median(without)) > 0.12 > abs(np.median(with_layout))
     assert abs(np.median(without) - np.median(with_layout)) > 0.04
+
+
+def test_gradient_and_wheelbase_are_learned_anew_when_an_axle_is_lifted() -> None:
+    columns, truth = driven()
+    drive_s = truth.table["time_s"].to_numpy()
+    sds = []
+    for since_s in (np.inf, drive_s[-1] - 120.0):
+        core = core_for(truth)
+        core.run(columns | {"axle_lifted": (drive_s > since_s).astype(float)})
+        answer = core.answer()
+        sds.append([answer[name]["standard_deviation"] for name in ("understeer_gradient", "equivalent_wheelbase")])
+    assert all(anew > 1.2 * before for before, anew in zip(*sds, strict=True))

@@ -342,6 +342,9 @@ bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
     if (!tracking->running) {
         begin_collecting(joint, tracking, design, tick, bank);
     }
+    if (joint->axle * tick->axle < 0) { /* lifted or put down: other axle loads, another equivalent wheelbase */
+        oc_joint_change_load(joint);
+    }
     joint->axle = tick->axle;
     tracking->turned += (float)(tick->yaw_rate * design->tick_s);
     tracking->bank += (bank - tracking->bank) * design->bank_share;

@@ -168,6 +168,9 @@ bool oc_joint_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_
 bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design, float rad_s,
                       bool has_banks);
 
+/* Lets all hypotheses learn gradient and wheelbase anew, near the last ones. */
+void oc_joint_change_load(oc_joint *joint);
+
 /* Records the change with the offset before it, and adapts all hypotheses to it. */
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time);
 

@@ -171,6 +171,13 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
     answer->used = joint->second.used_s;
 }
 
+void oc_joint_change_load(oc_joint *joint) {
+    for (int32_t k = 0; k < joint->count; ++k) {
+        oc_hypothesis_change_load(&joint->hypotheses[k]);
+    }
+    joint->solves_all = 1;
+}
+
 void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_estimate *before, double time) {
     joint->changed[joint->changes % OC_CHANGES_MAX] = (oc_changed){
         .time = time,
@@ -180,13 +187,12 @@ void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_est
     };
     ++joint->changes;
     const float worth_s = joint->second.reference / (change->size_sd * change->size_sd); /* seconds of this variance */
+    if (change->kind != OC_CHANGE_OFFSET) {
+        oc_joint_change_load(joint);
+        return;
+    }
     for (int32_t k = 0; k < joint->count; ++k) {
-        oc_hypothesis *h = &joint->hypotheses[k];
-        if (change->kind == OC_CHANGE_OFFSET) {
-            oc_hypothesis_shift_offset(h, change->size, worth_s);
-        } else {
-            oc_hypothesis_change_load(h);
-        }
+        oc_hypothesis_shift_offset(&joint->hypotheses[k], change->size, worth_s);
     }
     joint->solves_all = 1; /* the interval includes the change's sd at once, even where the next second is far */
 }

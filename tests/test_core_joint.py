@@ -266,6 +266,23 @@ def test_identified_play_needs_only_a_moment_on_a_flank_if_the_bank_is_measured(
     assert lib.oc_joint_flank_lacking(joint, design, 1) == 2.0
 
 
+def test_superelevated_bends_do_not_hide_the_crown_of_the_straights() -> None:
+    columns, truth = driven('base = "country"\n[road]\ncrown_percent = 1.4\n', 11)
+    core = core_for(truth, traffic_side=0.0)
+    core.run(columns)
+    crown = float(state_of(core)["evidence"]["joint"]["crown_bank"]) - truth.lateral_acceleration_bias_m_s2
+    assert crown == pytest.approx(1.4 * 0.0980665, abs=0.01)
+
+
+def test_the_crown_of_few_straights_may_be_far_from_the_usual_one() -> None:
+    columns, truth = driven('base = "country"\n[road]\ncrown_percent = 1.4\n', 11)
+    core, sd = core_for(truth, traffic_side=0.0), []
+    for part in (slice(0, 2_000), slice(2_000, None)):
+        core.run({name: column[part] for name, column in columns.items()})
+        sd.append(float(state_of(core)["tracking"]["joint"]["prior"]["bank_sd"]))
+    assert sd[0] > 0.2 and sd[1] == pytest.approx(0.1, rel=0.05)
+
+
 def test_without_play_the_interval_includes_the_effect_of_the_accelerometer_bias() -> None:
     errors = []
     for seed, bias in enumerate((0.2, -0.2, 0.1, -0.1), 1):

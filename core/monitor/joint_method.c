@@ -64,9 +64,10 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = known->set_up_probability > 0.0f ? crown + unknown_side : 0.0f;
-    if (side == 0.0f && evidence->joint.crown_samples > 0.0) {
+    if (side == 0.0f) { /* as above, the crown of few straights may be far from the mean */
+        const float few = 300.0f / ((float)evidence->joint.crown_samples + 1.0f);
         prior.bank = (float)evidence->joint.crown_bank;
-        prior.bank_sd = sqrtf(crown_sd * crown_sd + turning * turning);
+        prior.bank_sd = sqrtf(crown_sd * crown_sd * (1.0f + few) + turning * turning);
     }
     prior.zero_information = oc_torque_zero_information(&evidence->torque, &c->torque);
     prior.unloading_mean = estimate.bias + known->pull;

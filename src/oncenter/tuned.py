@@ -119,7 +119,7 @@ TUNED = {  # by C file and name
     "joint.sample_s": 0.1,
     "joint.bank_filter_s": 0.3,
     "joint.wandering_memory_s": 200.0,
-    "joint.crowned_curvature": 0.0025,
+    "joint.crowned_curvature": 0.0007,
     "joint.settled_age_s": 300.0,
     "joint.place_settling_s": 20.0,
     "joint.outlying_error": 0.026179938779914945,

@@ -283,6 +283,16 @@ def test_the_crown_of_few_straights_may_be_far_from_the_usual_one() -> None:
     assert sd[0] > 0.2 and sd[1] == pytest.approx(0.1, rel=0.05)
 
 
+def test_superelevated_bends_show_whether_an_axle_is_set_up_for_the_crown() -> None:
+    """Half of the usual crown, by which alone both axles are equally probable."""
+    for unloads_on, expected in ((0.0, "valid"), (2.0, "converging")):
+        steering = f"[steering]\nunloads_on_crown_percent = {unloads_on}\n"
+        columns, truth = driven(f'base = "country"\n[road]\ncrown_percent = 1.0\n{steering}', 3)
+        found = answer_of(columns, truth, traffic_side=0.0)["offset"]
+        assert status(found) == expected
+        assert holds(found, truth.offset_rad + truth.straight_ahead_rad)
+
+
 def test_without_play_the_interval_includes_the_effect_of_the_accelerometer_bias() -> None:
     errors = []
     for seed, bias in enumerate((0.2, -0.2, 0.1, -0.1), 1):

@@ -1,5 +1,6 @@
 """The recursion of one hypothesis against NumPy's least squares over the whole drive."""
 
+import itertools
 import math
 from typing import Any
 
@@ -240,6 +241,27 @@ def test_of_an_unknown_side_the_interval_reaches_both_offsets_of_an_axle_set_up_
         assert (reach > 0.98) == (probability > 0.075), fell
         assert (reach == 0.0) == (probability < 0.025), fell
         assert reach < 1.1
+
+
+def test_the_crown_that_superelevation_removes_shows_an_axle_set_up_for_it() -> None:
+    """By Bayes over crown and set-up to either side: bends remove a share of the crown, which is the mean bank less the
+    neutral acceleration, and more or less than that by the set-up."""
+    crown, sd, removed_sd = 0.2, 0.1, TUNED["joint_method.removed_sd"]
+    share = TUNED["hypothesis_equations.removed_share"]
+    learner = Learner(Play(half_width=3.5 * DEGREE, unloading=0.1), 0.1, unloading_sd=0.3, crown=crown)
+    h = learner.learn(driven(5, learner.play, 400)).h
+    prior, effect = learner.prior, RATIO * h.gradient * crown
+    prior.bank_sd, prior.removed_information = sd, 1.0 / removed_sd**2
+    spread = math.sqrt(sd**2 + PULL_SD**2 + h.variances.of[lib.OC_OF_UNLOADING])
+    for fell, removed in itertools.product(np.linspace(-0.3, 0.3, 13), np.linspace(-0.2, 0.2, 9)):
+        prior.bank, prior.removed = h.unloading + fell, removed
+        learner.solve()
+        likely = np.array([0.475, 0.025, 0.025, 0.475]) * stats.norm.pdf(fell, [crown, 0.0, 0.0, -crown], spread)
+        likely *= stats.norm.pdf(removed, share * (fell + np.array([0.0, crown, -crown, 0.0])), removed_sd)
+        probability = (likely[1] + likely[2]) / likely.sum()
+        reach = 1.96 * math.sqrt(h.set_up_variance) / effect
+        assert reach > 0.98 or probability < 0.085, (fell, removed)
+        assert reach == 0.0 or probability > 0.02, (fell, removed)
 
 
 def test_an_unlikely_axle_set_up_does_not_widen_the_interval() -> None:

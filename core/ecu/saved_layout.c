@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xF3B617DBu;
+static const uint32_t layout_hash = 0xA664E0A7u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -40,7 +40,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS(oc_state, tracking.preprocess.angle_next, 7), DOUBLES(oc_state, tracking.straight.filling.weight, 147),
     INTEGERS(oc_state, tracking.cornering.ticks, 3), DOUBLES(oc_state, tracking.cornering.filling.weight, 147),
     INTEGERS(oc_state, tracking.joint.running, 3), DOUBLES(oc_state, tracking.joint.yaw_rate, 3),
-    FLOATS(oc_state, tracking.joint.curvature_sum, 19),
+    FLOATS(oc_state, tracking.joint.curvature_sum, 21),
     FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 12, tracking.joint.filling.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.filling.samples[0].in_second, 1, tracking.joint.filling.samples),
     INTEGERS(oc_state, tracking.joint.filling.count, 2), FLOATS(oc_state, tracking.joint.filling.curvature, 1),
@@ -59,7 +59,7 @@ static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 25), INTEGERS(oc_state, evidence.gyro_bias.due, 8),
     ENUMS(oc_state, evidence.gyro_bias.status, 1), DOUBLES(oc_state, evidence.wheel_speed.difference, 3),
     INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 33),
-    DOUBLES(oc_state, evidence.joint.speed_mean, 5),
+    DOUBLES(oc_state, evidence.joint.speed_mean, 11),
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
     FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),

@@ -82,6 +82,8 @@ static const member doubles[] = {
     {offsetof(oc_state, evidence.gyro_bias.still_blocks), 4, NOT_NEGATIVE, 1, 0}, /* to sd */
     {offsetof(oc_state, evidence.joint.bank_mean), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.joint.crown_bank), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.joint.banked), 2, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.joint.banked_samples), 4, NOT_NEGATIVE, 1, 0}, /* and banked_curvature */
     {offsetof(oc_state, learned.offset.value), 1, ESTIMATE, OC_LEARNED_ESTIMATES, ESTIMATES},
     {offsetof(oc_state, learned.offset.standard_deviation), 2, NOT_NEGATIVE, OC_LEARNED_ESTIMATES, ESTIMATES},
 };
@@ -98,8 +100,8 @@ static const member floats[] = {
     {offsetof(oc_state, tracking.assignment.sums),
      (offsetof(oc_assignment, ticks) - offsetof(oc_assignment, sums)) / WORD, SQUARES, 1, 0},
     {offsetof(oc_state, tracking.joint.prior.unloading_mean), 1, ACCELERATION, 1, 0},
-    {offsetof(oc_state, tracking.joint.prior.crown), 2, ACCELERATION, 1, 0}, /* and bank */
-    {offsetof(oc_state, tracking.joint.prior.bank_sd), 1, NOT_NEGATIVE, 1, 0},
+    {offsetof(oc_state, tracking.joint.prior.crown), 3, ACCELERATION, 1, 0}, /* to removed */
+    {offsetof(oc_state, tracking.joint.prior.removed_information), 2, NOT_NEGATIVE, 1, 0}, /* and bank_sd */
     {offsetof(oc_state, tracking.angle.yaw_rate_first), 2, YAW_RATE, 1, 0}, /* and yaw_rate */
     {offsetof(oc_state, tracking.angle.speed), 1, SPEED, 1, 0},
     {offsetof(oc_state, tracking.angle.bank), 1, ACCELERATION, 1, 0},

@@ -23,7 +23,10 @@ typedef struct {
     float unloading_sd;     /* m/s^2 */
     float zero_information; /* 1/(m/s^2)^2, of a_0 about 0, by a torque sensor's zero; 0: none */
     float crown;            /* m/s^2, for which an axle may be set up; its size where the side of traffic is unknown */
-    float bank, bank_sd;    /* m/s^2, mean of a_y - r v, and the sd of the crown in it; sd 0: the side is known */
+    float bank;             /* m/s^2, mean of a_y - r v on straights */
+    float removed;          /* m/s^2, the same less that in superelevated bends, which removes some of the crown */
+    float removed_information; /* 1/(m/s^2)^2; 0: no such bends */
+    float bank_sd;          /* m/s^2, sd of the crown in `bank`; 0: the side is known */
     float yaw_rate_bias_sd; /* rad/s, of the yaw rate bias that was corrected */
 } oc_prior;
 

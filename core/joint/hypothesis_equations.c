@@ -27,6 +27,7 @@ static const float wide_pull = 2.5f; /* sd of a wide pull or wind over that of a
 static const float two_ends_share = 0.15f; /* variance of an interval between two offsets, over the squared distance */
 /* prior probability of roads that fall to the other side than that of traffic */
 static const float other_side_probability = 0.05f;
+static const float removed_share = 0.75f; /* share of the crown that superelevated bends remove */
 /* end */
 
 /* Compiles only if the terms are in the order that is used here: the noise is removed from the factor's last rows,
@@ -170,11 +171,21 @@ static float crown_setup_share(float deviation, float crown, float variance, flo
     return oc_clamp((likely - probability_low) / (probability_high - probability_low), 0.0f, 1.0f);
 }
 
+/* Factor of the odds of an axle set up for the crown, where bends are superelevated. They remove some 3/4 of the crown:
+ * a healthy axle's is the bank less a_0, and that of an axle set up is more or less than this by c. */
+static float odds_by_bends(const oc_prior *prior, float fell) {
+    const float shift = removed_share * prior->crown, per = shift * prior->removed_information;
+    const float apart = oc_clamp(per * (prior->removed - removed_share * fell), -8.0f, 8.0f);
+    const float cost = 0.5f * per * shift;
+    return 0.5f * (oc_likelihood(cost - apart) + oc_likelihood(cost + apart));
+}
+
 /* The same of a hypothesis. Where the side of traffic is unknown, a_0 is compared with the mean bank, which a crown to
  * either side puts c away from a healthy axle's a_0, whatever the accelerometer's bias. */
 static float set_up_share_of(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior) {
     const bool either_side = prior->bank_sd > 0.0f;
-    const float set_up = design->known.set_up_probability;
+    const float odds = design->known.set_up_probability * odds_by_bends(prior, prior->bank - h->unloading);
+    const float set_up = odds / (odds + 1.0f - design->known.set_up_probability);
     const float other_side = either_side ? 0.5f * (1.0f - set_up) : other_side_probability;
     const float sd = either_side ? prior->bank_sd : prior->unloading_sd;
     const float variance = sd * sd + design->pull_sd * design->pull_sd + h->variances.of[OC_OF_UNLOADING];

@@ -19,6 +19,8 @@ static const double sample_s = 0.1; /* s: length of a sample; ten are a second *
 static const double bank_filter_s = 0.3; /* s: time constant of a_y - r v */
 static const double wandering_memory_s = 200.0; /* s: memory of the mean bank if the zero is a random walk */
 static const double crowned_curvature = 0.0007; /* 1/m: curvature up to which a road is crowned */
+static const double banked_curvature_min = 0.004; /* 1/m: curvature from which bends may be superelevated in full */
+static const double banked_curvature_max = 0.0125; /* 1/m: the same, up to which; junctions are tighter */
 static const float settled_age_s = 300.0f; /* s: minimum evidence for the check for changes */
 static const float place_settling_s = 20.0f; /* s: no change is suspected after a reset of the place */
 static const float outlying_error = 1.5f * 0.017453292f; /* rad: minimum error of a second far from the prediction */
@@ -191,6 +193,8 @@ bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const 
     const double by_speed = has_banks ? (double)rad_s * joint->speed_mean : 0.0;
     joint->bank_mean += by_speed;
     joint->crown_bank += by_speed;
+    joint->banked[0] += by_speed;
+    joint->banked[1] += by_speed;
     if (joint->second.used_s > 0.0f) {
         for (int32_t k = 0; k < joint->count; ++k) {
             oc_hypothesis_correct(&joint->hypotheses[k], &design->hypothesis, rad_s);
@@ -270,15 +274,28 @@ static void count_outlying(oc_joint *joint) {
     }
 }
 
-/* Bends are banked against the crown, so the crown is that of the straights. */
+static void add_to_mean(double *mean, double *samples, double value, double memory) {
+    *samples = *samples + 1.0 < memory ? *samples + 1.0 : memory;
+    *mean += (value - *mean) / *samples;
+}
+
+/* Superelevation removes the crown, so the crown is that of the straights. */
 static void average(oc_joint *joint, const oc_joint_design *design, const oc_joint_tick *tick, double bank) {
     const double memory = 10.0 * (oc_joint_wanders(joint) ? wandering_memory_s : (double)design->memory_s);
-    if (fabs(tick->curvature) < crowned_curvature) {
-        joint->crown_samples = joint->crown_samples + 1.0 < memory ? joint->crown_samples + 1.0 : memory;
-        joint->crown_bank += (bank - joint->crown_bank) / joint->crown_samples;
+    const double curvature = fabs(tick->curvature);
+    int32_t side = 0;
+    if (tick->curvature < 0.0) { /* to the right */
+        side = 1;
     }
-    joint->bank_samples = joint->bank_samples + 1.0 < memory ? joint->bank_samples + 1.0 : memory;
-    joint->bank_mean += (bank - joint->bank_mean) / joint->bank_samples;
+    if (curvature < crowned_curvature) {
+        add_to_mean(&joint->crown_bank, &joint->crown_samples, bank, memory);
+    } else if (curvature > banked_curvature_min && curvature < banked_curvature_max) {
+        add_to_mean(&joint->banked[side], &joint->banked_samples[side], bank, memory);
+        joint->banked_curvature[side] += (curvature - joint->banked_curvature[side]) / joint->banked_samples[side];
+    } else {
+        /* gentle bends and junctions */
+    }
+    add_to_mean(&joint->bank_mean, &joint->bank_samples, bank, memory);
     joint->speed_mean += (tick->speed - joint->speed_mean) / joint->bank_samples;
 }
 

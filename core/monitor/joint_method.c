@@ -5,6 +5,8 @@
 /* Tuned, in tuned.toml: joint_method */
 static const float zero_walk_sd = 0.3f; /* m/s^2: sd of a drifting zero since the standstill */
 static const float crown_share_sd = 0.35f; /* sd of standing_crown_share_1, which is between yards and roads */
+static const float removed_sd = 0.06f; /* m/s^2: sd of the removed crown about removed_share of the crown */
+static const float uneven = 0.2f; /* (m/s^2)^2: variance of the removed crown, times the samples */
 /* end */
 
 /* Accelerometer bias and mean crown of the roads, m/s^2. */
@@ -24,6 +26,19 @@ static void update_bank(bank_estimate *b, float reading, float share, float vari
     b->bias_variance -= of_bias / total * of_bias;
     b->covariance -= of_bias / total * of_crown;
     b->crown_variance -= of_crown / total * of_crown;
+}
+
+/* The crown that superelevated bends remove, by bends of equal curvature to the left and to the right. Bends banked by
+ * less than a crown may be crowned, too. */
+static void add_banked_bends(oc_prior *prior, const oc_joint *joint, float crown) {
+    const float in_bends = oc_min((float)joint->banked_samples[0], (float)joint->banked_samples[1]);
+    const float samples = oc_min(in_bends, (float)joint->crown_samples);
+    const float left = prior->bank - (float)joint->banked[0], right = prior->bank - (float)joint->banked[1];
+    const float of_left = (float)joint->banked_curvature[1], of_right = (float)joint->banked_curvature[0]; /* weights */
+    if (samples > 0.0f && of_left + of_right > 0.0f && 0.5f * (left - right) > crown) {
+        prior->removed = (of_left * left + of_right * right) / (of_left + of_right);
+        prior->removed_information = 1.0f / (removed_sd * removed_sd + uneven / samples);
+    }
 }
 
 /* The prior of a_0 (docs/method.md, "Regression"): the accelerometer bias by its own prior, by the roads' mean bank and
@@ -68,6 +83,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         const float few = 300.0f / ((float)evidence->joint.crown_samples + 1.0f);
         prior.bank = (float)evidence->joint.crown_bank;
         prior.bank_sd = sqrtf(crown_sd * crown_sd * (1.0f + few) + turning * turning);
+        add_banked_bends(&prior, &evidence->joint, crown_size);
     }
     prior.zero_information = oc_torque_zero_information(&evidence->torque, &c->torque);
     prior.unloading_mean = estimate.bias + known->pull;

@@ -1,6 +1,8 @@
 # Each target makes .venv and compiles the core first, if needed.
 PYTHON ?= python3
 BIN := .venv/bin
+# If it is set, each of some thousand processes of the tests compiles all its modules.
+unexport PYTHONDONTWRITEBYTECODE
 # Without byte code: most modules are never imported, and Python compiles the others at their first import.
 PIP = -m pip install --disable-pip-version-check --no-compile --progress-bar off
 # Exactly the files whose hashes a lock has, and no others.
@@ -35,6 +37,7 @@ DEBIAN_BASE = python3 python3-venv gcc libc6-dev
 DEBIAN_cppcheck = cppcheck
 DEBIAN_test = $(DEBIAN_cppcheck) g++
 DEBIAN_browser = chromium poppler-utils
+DEBIAN_tests = g++ $(DEBIAN_browser)
 DEBIAN_slow = $(DEBIAN_browser)
 DEBIAN_benches = chromium g++
 DEBIAN_pages = $(DEBIAN_browser)
@@ -42,7 +45,8 @@ DEBIAN_load = chromium
 DEBIAN_generated = chromium
 DEBIAN_sanitize = g++
 DEBIAN_fuzz = clang libclang-rt-dev
-DEBIAN_beside = $(DEBIAN_embedded)
+# Those of all of .ci/run, which begins with it.
+DEBIAN_beside = $(DEBIAN_test) $(DEBIAN_browser) $(DEBIAN_embedded)
 DEBIAN_embedded = gcc-arm-none-eabi libnewlib-arm-none-eabi qemu-system-arm
 # They run or load the binaries that zig compiles; ecos needs libtbb12.
 DEBIAN_fmu = wine64 qemu-user libc6-arm64-cross libtbb12
@@ -76,7 +80,7 @@ has_musl = ls /lib/ld-musl-*.so.1
 has_mmdebstrap = command -v mmdebstrap
 missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || printf ' $(package)';)
 
-.PHONY: help packages demo quick test night lint types elsewhere types-win32 types-darwin beside warnings cppcheck \
+.PHONY: help packages demo quick test tests night lint types elsewhere types-win32 types-darwin beside warnings cppcheck \
 	sanitize sanitize-core slow damaged benches pages portable browser coverage faults fuzz embedded fmu wheels zip bench accuracy load generated written \
 	docs fresh lock audit lowest matrix clean
 .DEFAULT_GOAL := help
@@ -106,6 +110,10 @@ test: .venv/dev ## before each commit, in five minutes: all checks and tests tha
 	@$(MAKE) --no-print-directory -j2 -Otarget lint types warnings cppcheck
 	$(BIN)/python $(PYTEST) -m "not slow and not browser"
 
+# In one run: while a browser draws, other tests compute.
+tests: .venv/dev ## all tests that are not slow, and those with a browser
+	$(BIN)/python $(PYTEST) -m "not slow"
+
 night: .venv/dev ## everything else, in parts of an hour: make night PART=fuzz; docs/checks.md has their results
 	$(BIN)/python .ci/night.py $(PART)
 
@@ -125,10 +133,10 @@ types-win32 types-darwin: types-%: .venv/dev
 	$(BIN)/mypy --strict --platform $* --cache-dir .mypy_cache/$* src
 
 # Of the other systems' types Windows' alone: macOS differs little from Linux, and the night has both.
-beside: .venv/dev ## what each needs one core of, two at a time
-	@$(MAKE) --no-print-directory -j2 -Otarget build/sanitize/lib types-win32 embedded
+# While pip downloads and unpacks, the other core checks and compiles.
+beside: .venv/dev cppcheck warnings build/sanitize/lib embedded lint types types-win32 ## what .ci/run has besides tests
 
-warnings: .venv/dev
+warnings: packages
 	@set -e; for file in $(C_FILES) $(EXPORTED); do echo "$(CC) $(WARNINGS) $$file"; \
 	  $(CC) $(WARNINGS) $(INCLUDES) -c $$file -o /dev/null; done
 
@@ -139,7 +147,7 @@ cppcheck: packages
 
 # A second copy of the package, compiled with the sanitizers, comes first on the path. -fno-wrapv: Python's own
 # -fwrapv would hide overflows.
-build/sanitize/lib: .venv/dev $(wildcard src/oncenter/*.py src/oncenter/*/*.py src/oncenter/*/*/*.py)
+build/sanitize/lib: .venv/ready $(wildcard src/oncenter/*.py src/oncenter/*/*.py src/oncenter/*/*/*.py)
 	rm -rf build/sanitize
 	CFLAGS="-g -fsanitize=address,undefined -fno-sanitize-recover=all -fno-wrapv" \
 	  $(BIN)/python setup.py -q build --build-base build/sanitize --build-lib build/sanitize/lib
@@ -147,7 +155,7 @@ build/sanitize/lib: .venv/dev $(wildcard src/oncenter/*.py src/oncenter/*/*.py s
 
 sanitize-core: SANITIZED = $(CORE_TESTS)
 sanitize-core: AT_NIGHT = and not long
-sanitize sanitize-core: build/sanitize/lib
+sanitize sanitize-core: .venv/dev build/sanitize/lib
 	LD_PRELOAD="$$($(CC) -print-file-name=libasan.so) $$($(CC) -print-file-name=libstdc++.so.6)" \
 	  ASAN_OPTIONS=detect_leaks=0 PYTHONPATH=build/sanitize/lib \
 	  $(BIN)/python $(PYTEST) -p no:cacheprovider -m "not slow and not browser $(AT_NIGHT)" $(SANITIZED)
@@ -187,7 +195,7 @@ fuzz: .venv/dev ## random bytes into the core (FUZZ_S=600 s), then damaged logs 
 	sh embedded/fuzz/run $(or $(FUZZ_S),600)
 	$(BIN)/python tests/fuzz_logs.py --mutations $(or $(FUZZ_LOGS),500) --jobs 2
 
-embedded: .venv/dev ## the core on two emulated microcontrollers: the same bits, and its cost
+embedded: .venv/ready ## the core on two emulated microcontrollers: the same bits, and its cost
 	$(BIN)/python embedded/table.py
 
 fmu: .venv/dev ## the FMU's other platforms in emulators, bit by bit, and two further importers
@@ -342,8 +350,10 @@ clean: ## remove everything that make wrote, .venv too
 	@touch $@
 
 # All extras, and the packages of tests, benches and checks.
-.venv/dev: .venv/tools requirements.lock pyproject.toml $(BUILDERS) $(C_FILES) $(C_HEADERS)
-	@echo "installing all extras and what the tests need: some 130 packages, 1.9 GB; compiling the core"
+.venv/dev: .venv/packages .venv/ready
+	@touch $@
+
+.venv/packages: .venv/tools requirements.lock
+	@echo "installing all extras and what the tests need: some 130 packages, 1.9 GB"
 	@said=$$($(BIN)/python $(LOCKED) -r requirements.lock) $(OR_SAY_WHY)
-	@said=$$($(BIN)/python $(PIP) --no-deps --no-build-isolation -e .) $(OR_SAY_WHY)
-	@touch .venv/ready $@
+	@touch $@

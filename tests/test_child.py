@@ -15,7 +15,7 @@ import pytest
 
 from oncenter.errors import OncenterError
 from oncenter.files import child as room
-from oncenter.files.child import Child, ChildDied, ChildFailed, Limits, borrowed, limits_for
+from oncenter.files.child import Child, ChildDied, ChildFailed, Limits, begin, borrowed, limits_for
 
 pytestmark = pytest.mark.system
 
@@ -180,6 +180,18 @@ def test_a_child_is_reused_unless_it_died() -> None:
         ask(child, do="crash")
     with borrowed(MODULE) as child:
         assert pid_of(child) != first
+
+
+def test_a_second_command_of_a_process_starts_no_second_child() -> None:
+    room.end_idle(MODULE)
+    begin(MODULE)
+    (first,) = room._idle[MODULE]
+    begin(MODULE)
+    assert room._idle[MODULE] == [first]
+    first.kill()
+    begin(MODULE)
+    (second,) = room._idle[MODULE]
+    assert second is not first
 
 
 def test_a_child_that_grew_is_not_reused(monkeypatch: pytest.MonkeyPatch) -> None:

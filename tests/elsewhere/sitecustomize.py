@@ -14,6 +14,7 @@ import builtins
 import errno
 import importlib
 import importlib.util
+import json
 import os
 import select
 import signal
@@ -69,13 +70,22 @@ def _holds(test: ast.expr, platform: str) -> bool:
     return bool(eval(compile(ast.Expression(test), "typeshed", "eval"), {"sys": version, "TYPE_CHECKING": True}))
 
 
+def lacking() -> dict[str, list[str]]:
+    """The names that a module lacks on the platform. Child processes inherit them: typeshed takes 0.1 s to parse."""
+    inherited = f"ONCENTER_LACKING_ON_{PLATFORM}"
+    if inherited not in os.environ:
+        found = {module: sorted(names(module, "linux") - names(module, PLATFORM)) for module in SHOWN}
+        os.environ[inherited] = json.dumps(found)
+    given: dict[str, list[str]] = json.loads(os.environ[inherited])
+    return given
+
+
 class Shown(types.ModuleType):
     """A module of the standard library without what a platform lacks, and with what it has instead."""
 
-    def __init__(self, real: types.ModuleType, platform: str, instead: dict[str, Any]) -> None:
+    def __init__(self, real: types.ModuleType, lacking: list[str], instead: dict[str, Any]) -> None:
         super().__init__(real.__name__)
-        lacking = names(real.__name__, "linux") - names(real.__name__, platform) - set(instead)
-        self.__dict__.update(_real=real, _lacking=lacking, **instead)
+        self.__dict__.update(_real=real, _lacking=set(lacking) - set(instead), **instead)
 
     def __getattr__(self, name: str) -> Any:
         if name in self.__dict__["_lacking"]:
@@ -92,7 +102,8 @@ def show() -> None:
     if PLATFORM == "win32":
         instead |= {"os": _os(), "signal": _signal(), "socket": _socket(), "subprocess": _subprocess()}
         given = {"msvcrt": _msvcrt(), "_winapi": _winapi()}
-    shown = {name: Shown(importlib.import_module(name), PLATFORM, instead.get(name, {})) for name in SHOWN} | given
+    lacks = lacking()
+    shown = {name: Shown(importlib.import_module(name), lacks[name], instead.get(name, {})) for name in SHOWN} | given
     absent = frozenset(ABSENT[PLATFORM].split())
     real_import: Callable[..., Any] = builtins.__import__
 

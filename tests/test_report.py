@@ -10,7 +10,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
 import numpy as np
 import polars as pl
@@ -292,20 +292,20 @@ def test_the_tools_of_a_picture_stand_above_its_data_and_take_none_of_its_height
     assert with_tools.height > without.height == 200
 
 
-def limits_drawn(answer: Answer) -> list[tuple[float, str]]:
-    picture = figures(answer, course_of(answer))["offset"]
+def limits_drawn(picture: Any) -> list[tuple[float, str]]:
     lines = [item.location for item in picture.center if isinstance(item, Span) and item.dimension == "width"]
     return list(zip(lines, (item.text for item in picture.center if isinstance(item, Label)), strict=True))
 
 
 def test_the_limits_are_drawn_with_their_numbers_unless_they_would_squash_the_course(answer: Answer) -> None:
     """The offset is 2.0 deg, ± 0.8 at the end."""
-    within = {}
+    within, drive = {}, course_of(answer)
     for limit_deg in (1.0, 3.0, 20.0):
         truck = TRUCK.model_copy(update={"offset_limit_deg": limit_deg})
         judged = replace(answer, vehicle=truck)
-        within[limit_deg] = limits_drawn(judged)
-        height = figures(judged, course_of(judged))["offset"].y_range
+        picture = figures(judged, drive)["offset"]
+        within[limit_deg] = limits_drawn(picture)
+        height = picture.y_range
         assert height.end - height.start < 12.0
     assert within == {
         1.0: [(-1.0, "limit −1 deg"), (1.0, "limit +1 deg")],
@@ -321,11 +321,12 @@ def test_a_change_is_marked_where_it_came_and_the_cloud_is_of_what_came_after(dr
     first, second = parts(remounted, slice(0, 60000), slice(60000, None))
     changed = answer_to(first, second)
     there = course_of(changed)
-    marks = [item.location for item in figures(changed, there)["offset"].center if isinstance(item, Span)]
+    drawn = figures(changed, there)
+    marks = [item.location for item in drawn["offset"].center if isinstance(item, Span)]
     pause = there.starts[1] - 10.0
     assert 15.0 + pause == pytest.approx(there.changes[0], abs=0.2)
     assert there.changes[0] in marks
-    points = [r for r in figures(changed, there)["cloud"].renderers if isinstance(r.glyph, Scatter)]
+    points = [r for r in drawn["cloud"].renderers if isinstance(r.glyph, Scatter)]
     after = there.residual[there.time > 15.0 + pause - 0.2].astype(np.float32)
     assert np.isin(np.concatenate([r.data_source.data["y"] for r in points[:3]]), after).all()
     assert "since the offset last changed" in Parsed(page_of(changed)).visible

@@ -126,6 +126,12 @@ def test_the_angle_without_its_sensor_is_not_available_while_the_rear_axle_s_zer
     assert oc.angle(counter_phase(), truck())["status"].unique().to_list() == ["unobservable"]
 
 
+def test_no_tick_publishes_a_combined_offset_as_that_of_the_angle_sensor() -> None:
+    alone = oc.trace(oc.offset(counter_phase(), truck()))["offset_status"]
+    given = oc.trace(oc.offset(counter_phase(), truck(rear_axle_zero_deg=REAR_DEG, rear_axle_zero_sd_deg=0.001)))
+    assert set(alone) == {"unobservable"} and given["offset_status"][-1] == "converging"
+
+
 def test_a_simulated_rear_axle_in_counter_phase_gives_the_combined_offset(tmp_path: Path) -> None:
     scenario = tmp_path / "drive.toml"
     scenario.write_text(

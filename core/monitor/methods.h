@@ -42,6 +42,9 @@ void oc_observe_motion(oc_tick *tick, oc_tracking *tracking, const oc_coefficien
 void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_learned *learned,
                      const oc_coefficients *c);
 
+/* Whether the offset is that of a front and a rear axle's sensors together, by which neither is corrected. */
+bool oc_offset_is_combined(const oc_coefficients *c);
+
 /* The offset's status: invalid while its sensor or a signal is at fault. */
 oc_status oc_offset_status(const oc_state *state, oc_status learned);
 

@@ -181,7 +181,7 @@ typedef struct {
     oc_motion motion;
     uint32_t reasons;            /* oc_reason, 0: clean */
     float offset_lean;           /* rad, see oc_estimate */
-    oc_status offset_status;     /* invalid: the sensor is at fault (`fault`) */
+    oc_status offset_status;     /* invalid: the sensor is at fault (`fault`); unobservable: also a combined one */
     double offset;               /* rad, final evidence only */
     double offset_sd;            /* rad, about the offset, all parts together */
     oc_offset_parts offset_parts; /* of its uncertainty */
@@ -201,7 +201,8 @@ typedef struct {
 } oc_output;
 
 typedef struct {
-    oc_estimate offset;                    /* rad */
+    /* rad; where a rear axle steers and its zero is not given: of both axles' sensors together */
+    oc_estimate offset;
     oc_offset_parts offset_parts;          /* of its uncertainty */
     oc_offset_covariances offset_covariances; /* of the drive's part; joint method */
     double offset_temporary;               /* rad, pending blocks included */

@@ -11,13 +11,18 @@ oc_fault oc_published_fault(const oc_state *state) {
     return another ? OC_FAULT_NONE : state->evidence.fault.fault;
 }
 
+bool oc_offset_is_combined(const oc_coefficients *c) {
+    return c->ratio_times_rear_weight > 0.0 && !(c->params.known_rear_axle_zero_sd_rad > 0.0);
+}
+
 void oc_publish(oc_output *output, const oc_state *state, const oc_coefficients *c, const oc_tick *tick) {
     const oc_estimate bias = oc_gyro_bias_get(&state->evidence.gyro_bias, &c->params);
     output->time = state->tracking.clock.last_time;
     output->vehicle_speed = tick->moves ? tick->filtered.vehicle_speed : 0.0;
     output->motion = tick->moves ? tick->motion : (oc_motion){0};
     output->reasons = tick->reasons;
-    output->offset_status = oc_offset_status(state, state->learned.offset.status);
+    const oc_status learned = oc_offset_is_combined(c) ? OC_UNOBSERVABLE : state->learned.offset.status;
+    output->offset_status = oc_offset_status(state, learned);
     output->offset = state->learned.offset.value;
     output->offset_sd = state->learned.offset.standard_deviation;
     output->offset_parts = state->learned.parts;

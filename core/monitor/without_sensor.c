@@ -167,8 +167,8 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
         measured_or_none(now->has_motion && p->angle_method == OC_ANGLE_SIDE_SLIP, signals->lateral_speed);
     now->true_by_sensor = has_angle ? signals->steering_wheel_angle - learned->offset.value : 0.0;
     const bool angle_fits = (tick->at_fault & OC_HAS_STEERING_WHEEL_ANGLE) == 0;
-    const bool has_own_offset = c->ratio_times_rear_weight <= 0.0 || p->known_rear_axle_zero_sd_rad > 0.0;
-    now->has_sensor = has_angle && angle_fits && has_own_offset && !oc_fault_excludes_angle(&tracking->fault);
+    now->has_sensor =
+        has_angle && angle_fits && !oc_offset_is_combined(c) && !oc_fault_excludes_angle(&tracking->fault);
     now->assisted = (tick->disturbed & OC_REASON_STEERING_ASSIST) != 0;
     now->braked_sd = (tick->disturbed & OC_REASON_INTERVENTION) != 0 ? braked_angle_sd : 0.0f;
     now->can_learn = has_angle && tick->at_fault == 0 && tick->disturbed == 0 && !now->accelerometer_lost &&

@@ -27,13 +27,13 @@ def truck(**given: Any) -> Vehicle:
     return vehicle_from({**values, **given}, "truck.toml")
 
 
-def counter_phase(*, locked_from_s: float = np.inf, known: slice | None = None) -> Signals:
-    """`steady_drive` with a rear axle that steers by -0.25 times the front angle until it is locked. Its sensor reads
-    3 deg too much, in the rows of `known` only."""
+def counter_phase(*, locked_s: tuple[float, float] = (0.0, 0.0), known: slice | None = None) -> Signals:
+    """`steady_drive` with a rear axle that steers by -0.25 times the front angle except while it is locked. Its sensor
+    reads 3 deg too much, in the rows of `known` only."""
     drive = steady_drive(offset_deg=FRONT_DEG, minutes=8.0, radius_m=200.0)
     time = drive.columns["time_s"]
     by_motion = (drive.columns["steering_wheel_angle_rad"] - FRONT_DEG * DEGREE) / RATIO
-    rear = np.where(time < locked_from_s, SHARE / (1.0 - SHARE) * by_motion, 0.0)
+    rear = np.where((time < locked_s[0]) | (time > locked_s[1]), SHARE / (1.0 - SHARE) * by_motion, 0.0)
     read = rear + REAR_DEG * DEGREE
     if known is not None:
         read = np.where(np.isin(np.arange(len(time)), np.arange(len(time))[known]), read, np.nan)
@@ -86,19 +86,28 @@ def test_yaw_shows_the_front_offset_less_ratio_times_weight_times_the_rear_one_a
 
 
 def test_both_offsets_are_estimated_where_the_rear_axle_is_locked_for_a_part_of_the_drive() -> None:
-    answer = oc.offset(counter_phase(locked_from_s=300.0), truck())
+    answer = oc.offset(counter_phase(locked_s=(240.0, 420.0)), truck())
     assert deg(answer.offset) == pytest.approx(front_deg(), abs=0.4)
     assert deg(answer.rear_axle_offset) == pytest.approx(REAR_DEG, abs=1e-3)
     assert deg(answer.combined_offset) == pytest.approx(deg(answer.offset) - BY_REAR_DEG, abs=0.02)
 
 
+def test_a_rear_axle_that_never_steers_again_is_not_taken_for_locked_since_its_sensor_may_be_stuck() -> None:
+    answer = oc.offset(counter_phase(locked_s=(300.0, np.inf)), truck())
+    assert answer.rear_axle_offset is not None and answer.rear_axle_offset.status == "unobservable"
+
+
 def test_a_given_zero_of_the_rear_axle_gives_the_front_offset_and_widens_its_interval_by_its_own() -> None:
-    widths = []
+    widths, combined = [], []
     for sd_deg in (0.001, 0.1):
         answer = oc.offset(counter_phase(), truck(rear_axle_zero_deg=REAR_DEG, rear_axle_zero_sd_deg=sd_deg))
         assert deg(answer.offset) == pytest.approx(front_deg(), abs=0.4)
         assert answer.offset_half_width_rad is not None
         widths.append(answer.offset_half_width_rad / DEGREE)
+        assert answer.combined_offset is not None and answer.combined_offset.ci95 is not None
+        combined.append(np.ptp(answer.combined_offset.ci95))
+    assert combined[0] == pytest.approx(combined[1], rel=0.02)
+    assert answer.next_driving[0].startswith("measure the zero of the rear axle's sensor")
     assert np.hypot(widths[0], 1.96 * RATIO * 0.1) == pytest.approx(widths[1], rel=0.01)
 
 
@@ -132,16 +141,25 @@ def test_no_tick_publishes_a_combined_offset_as_that_of_the_angle_sensor() -> No
     assert set(alone) == {"unobservable"} and given["offset_status"][-1] == "converging"
 
 
-def test_a_simulated_rear_axle_in_counter_phase_gives_the_combined_offset(tmp_path: Path) -> None:
+def test_a_simulated_rear_axle_in_counter_phase_gives_the_combined_offset_and_by_a_wrong_sign_none(
+    tmp_path: Path,
+) -> None:
     scenario = tmp_path / "drive.toml"
     scenario.write_text(
         'base = "country"\n[drive]\nduration_s = 300.0\n[truck]\nrear_steering = { share = -0.25 }\n'
         "[sensors.rear_axle_angle]\noffset_deg = -3.0\n"
     )
-    signals, truth = oc.simulate(scenario, 3)
+    signals, truth = oc.simulate(scenario, 4)
     given = truck(wheelbase_m=truth.equivalent_wheelbase_m, steering_ratio=truth.steering_ratio)
     combined = oc.offset(signals, given).combined_offset
     target = truth.offset_rad + truth.straight_ahead_rad + truth.steering_ratio * 3.0 * DEGREE
     assert combined is not None and combined.ci95 is not None and combined.value is not None
     assert combined.ci95[0] < target < combined.ci95[1]
     assert abs(combined.value - target) < 0.5 * DEGREE
+    reversed_sign = signals.table.with_columns(-pl.col("rear_axle_angle_rad"))
+    wrong = oc.offset(dataclasses.replace(signals, table=reversed_sign), given)
+    assert wrong.combined_offset is not None and wrong.combined_offset.status == wrong.offset.status == "invalid"
+    assert "Check the sign and the unit of rear_axle_angle" in " ".join(texts_of(wrong))
+    assert not any(finding.code == "wheelbase_or_ratio" for finding in wrong.findings)
+    lacks = oc.offset(without_rear_angle(signals), given)
+    assert not any(finding.code == "wheelbase_or_ratio" for finding in lacks.findings)

@@ -324,13 +324,13 @@ KEYS: dict[str, Key] = {
             high=20.0,
             usual=(-5.0, 5.0),
             where="Lock or align the rear axle, and read the signal (`oncenter signals LOG`).",
-            without="estimated where the axle is locked in bends for a minute or more; else the offset is the combined "
-            "one of both sensors",
+            without="estimated where the axle is locked in bends for a minute or more and steers again later; else the "
+            "offset is the combined one of both sensors",
         ),
         Key(
             "rear_axle_zero_sd_deg",
             _SD.format("rear_axle_zero_deg"),
-            0.02,
+            0.01,
             unit="deg",
             low=0.001,
             high=20.0,

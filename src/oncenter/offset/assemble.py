@@ -21,7 +21,12 @@ from oncenter.offset.answer import Answer
 from oncenter.offset.core_findings import findings_of
 from oncenter.offset.inputs import needed
 from oncenter.offset.joint_findings import joint_findings, moves_within, next_driving
-from oncenter.offset.rear_axle import is_combined, with_offsets_of_both_axles
+from oncenter.offset.rear_axle import (
+    is_combined,
+    rear_axle_findings,
+    with_fitting_bends,
+    with_offsets_of_both_axles,
+)
 from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.withheld import Gaps, gaps_in, withheld_by_oncenter
 from oncenter.plausibility.signal_fault import has_signal_fault, signal_fault
@@ -51,7 +56,8 @@ def answer_so_far(
     """
     changes = changes_of(native, [native["changes"]], (received,))
     answer = answer_of(native, changes, (received,), vehicle, "joint", params, gaps)
-    return with_offsets_of_both_axles(answer)
+    answer = with_fitting_bends(with_offsets_of_both_axles(answer))
+    return replace(answer, findings=(*answer.findings, *rear_axle_findings(answer, (received,))))
 
 
 def answer_of(

@@ -15,6 +15,7 @@ from oncenter.estimates.changes import Change
 from oncenter.estimates.estimate import number
 from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, bends_demand, demand, finding
 from oncenter.offset.core_findings import km_h
+from oncenter.offset.rear_axle import by_zero_sd
 from oncenter.offset.unknown_truck import unknown_truck
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
@@ -426,6 +427,7 @@ def _contributions(native: _core.OcAnswer, params: Mapping[str, float], drive: f
         *(together if _gyro_hides_zero(native, params) and parts.zero >= _PART_REPORTED_FROM * both else apart),
         (parts.model, "limits of the model", "", False),
         (parts.play, "free play", _reason_of_play(native), False),
+        (parts.rear, "zero of the rear axle's sensor", "", False),
         (parts.scatter, "measurement scatter", "", False),
     ]
     named = [
@@ -447,6 +449,7 @@ class _Parts(NamedTuple):
     zero: float  # of the accelerometer, or of what takes its place
     model: float
     play: float
+    rear: float  # the given zero of a steered rear axle's sensor
     scatter: float
 
 
@@ -456,6 +459,7 @@ def _parts_of(native: _core.OcAnswer, params: Mapping[str, float], steering_rati
     slope = steering_ratio * abs(native["understeer_gradient"]["value"])
     of_play = max(native["backlash"]["standard_deviation"] ** 2 - TUNED["joint_answer.width_error"] ** 2, 0.0)
     in_turn = [
+        ("rear", by_zero_sd(params, steering_ratio)),
         ("gyro", native["offset_per_yaw_rate_bias"] * gyro["standard_deviation"]),
         ("zero", slope * native["unloading_acceleration"]["standard_deviation"]),
         ("model", TUNED["joint_answer.offset_error"]),
@@ -463,7 +467,7 @@ def _parts_of(native: _core.OcAnswer, params: Mapping[str, float], steering_rati
     ]
     if _core.status_of(gyro) == "unobservable":  # only its prior limits it: it gets all that scatter does not explain
         scatter = native["unexplained"] / math.sqrt(max(native["used"], 1.0))
-        in_turn = [*in_turn[1:], ("scatter", scatter), ("gyro", math.inf)]
+        in_turn = [*(each for each in in_turn if each[0] != "gyro"), ("scatter", scatter), ("gyro", math.inf)]
     left = native["offset_parts"]["drive_sd"] ** 2
     parts = {"scatter": 0.0}
     for name, spread in in_turn:
@@ -522,6 +526,7 @@ def _gains(
             f"drive {demand(_MORE_DRIVING_S)} more like this",
             False,
         ),
+        (left(parts.rear**2), "measure the zero of the rear axle's sensor more accurately", False),
     )
     for would_be, words, always in ways:
         if drive - would_be >= _GAIN_REPORTED_FROM * drive or always:

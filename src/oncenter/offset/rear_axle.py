@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -34,6 +35,11 @@ def is_combined(params: Mapping[str, float]) -> bool:
     return params[WEIGHT] > 0.0 and params[_ZERO_SD] == 0.0
 
 
+def by_zero_sd(params: Mapping[str, float], steering_ratio: float) -> float:
+    """Standard deviation of the offset by that of the rear axle's zero, rad."""
+    return steering_ratio * params[WEIGHT] * params[_ZERO_SD]
+
+
 def with_rear_axle(params: Mapping[str, float], method: Method, drives: Sequence[Signals]) -> dict[str, float]:
     """The params in force: without the rear axle's angle in all drives the front axle alone is taken to steer. The
     joint method takes the zero of an axle that is locked at times."""
@@ -48,13 +54,15 @@ def with_rear_axle(params: Mapping[str, float], method: Method, drives: Sequence
 
 
 def locked_at(drives: Sequence[Signals]) -> float | None:
-    """Reading of the rear axle's angle in bends in which the axle does not follow the steering wheel, rad; None where
-    this is too rare, or differs."""
+    """Reading of the rear axle's angle in bends in which the axle does not follow the steering wheel, and after which
+    it does, rad; None where this is too rare, or differs."""
     windows = np.concatenate([_windows(drive) for drive in drives])
     if len(windows) == 0:
         return None
     reading, follows = windows[:, 0], windows[:, 1]
-    locked = reading[follows <= _FOLLOWS_SHARE * np.quantile(follows, 0.9)]
+    still = follows <= _FOLLOWS_SHARE * np.quantile(follows, 0.9)
+    last_followed = np.max(np.flatnonzero(~still), initial=0)
+    locked = reading[:last_followed][still[:last_followed]]  # a reading that never changes again may be a stuck one
     if len(locked) < _LOCKED_WINDOWS_MIN or np.ptp(np.quantile(locked, (0.05, 0.95))) > _SPREAD_MAX_RAD:
         return None
     return float(np.median(locked))
@@ -98,8 +106,27 @@ def with_offsets_of_both_axles(answer: Answer) -> Answer:
     offset = answer.offset
     if offset.value is None or offset.ci95 is None:
         return replace(answer, combined_offset=offset, rear_axle_offset=rear)
-    combined = replace(offset, value=offset.value - by_rear, ci95=(offset.ci95[0] - by_rear, offset.ci95[1] - by_rear))
+    by_sd = 1.96 * by_zero_sd(answer.params, answer.vehicle.ratio_near_centre)  # in the front offset alone
+    low, high = (math.sqrt(max((end - offset.value) ** 2 - by_sd**2, 0.0)) for end in offset.ci95)
+    value = offset.value - by_rear
+    combined = replace(offset, value=value, ci95=(value - low, value + high))
     return replace(answer, combined_offset=combined, rear_axle_offset=rear)
+
+
+def with_fitting_bends(answer: Answer) -> Answer:
+    """The vehicle file is not to be corrected where bends contradict it by the rear axle: by its angle, as one of a
+    wrong sign or unit does, or by its lack."""
+    others = tuple(finding for finding in answer.findings if finding.code != "wheelbase_or_ratio")
+    if not answer.vehicle.params.get(WEIGHT, 0.0) > 0.0 or len(others) == len(answer.findings):
+        return answer
+    if answer.combined_offset is None:  # `rear_axle_findings` names the signal that is missing
+        return replace(answer, findings=others)
+    is_far = any(f.code == "wheelbase_or_ratio" and f.severity == "warning" for f in answer.findings)
+    answer = replace(answer, findings=(*others, _contradicts()))
+    if not is_far:
+        return answer
+    none = Estimate(None, None, "invalid", "rad")
+    return replace(answer, offset=none, offset_ci95_drive=None, not_identifiable=(), combined_offset=none)
 
 
 def rear_axle_findings(answer: Answer, drives: Sequence[Signals]) -> Iterator[Finding]:
@@ -122,18 +149,29 @@ def _both_axles(found: Kind, answer: Answer) -> Finding:
     is_sum = f"the offset of the front sensor less {per_rear:.1f} times that of the rear axle's sensor"
     without_angle = "The sensor check and the angle without the sensor are not available for this truck"
     if rear.value is not None:
+        is_given = answer.vehicle.params.get(_ZERO_SD, 0.0) > 0.0
+        source = "as the vehicle file gives it" if is_given else "as it reads in bends while the axle is locked"
         return found(
-            f"the sensor of the steered rear axle reads {number(rear.value, 2)} deg with that axle straight, as the "
-            f"vehicle file gives it or as it reads in bends while the axle is locked. The offset is that of the "
-            f"steering wheel angle sensor alone. {without_angle}",
+            f"the sensor of the steered rear axle reads {number(rear.value, 2)} deg with that axle straight, {source}. "
+            f"The offset is that of the steering wheel angle sensor alone. {without_angle}",
             rear.value / DEGREE,
         )
     shown = "not identified so far" if combined.value is None else f"{number(combined.value, 1)} deg"
     return found(
         f"the rear axle steers, and yaw shows only the combined offset of both sensors: {is_sum}. It is {shown}. "
         "Neither sensor's own offset is identifiable from this drive. Give rear_axle_zero_deg in the vehicle file, or "
-        f"log a minute of bends with the rear axle locked. {without_angle}",
+        f"log a minute of bends with the rear axle locked, and then some in which it steers. {without_angle}",
         None if combined.value is None else combined.value / DEGREE,
+    )
+
+
+@finding("rear_axle_steers", "warning")
+def _contradicts(found: Kind) -> Finding:
+    """Bends contradict the vehicle file and the angle of a steered rear axle."""
+    return found(
+        "bends need another steering wheel angle than calculated from the vehicle file and rear_axle_angle. Check the "
+        "sign and the unit of rear_axle_angle (left is positive, road wheels) and the key rear_axle_steers first, then "
+        "wheelbase and steering ratio"
     )
 
 

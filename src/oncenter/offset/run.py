@@ -42,7 +42,7 @@ from oncenter.offset.inputs import (
     without_copies,
     without_unfit_wheels,
 )
-from oncenter.offset.rear_axle import rear_axle_findings, with_offsets_of_both_axles, with_rear_axle
+from oncenter.offset.rear_axle import rear_axle_findings, with_fitting_bends, with_offsets_of_both_axles, with_rear_axle
 from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.signals_at_fault import without_faulty_estimates
 from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout, with_fitted_product
@@ -108,7 +108,7 @@ def offset(
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
-    answer = with_offsets_of_both_axles(answer)
+    answer = with_fitting_bends(with_offsets_of_both_axles(answer))
     return replace(
         answer,
         findings=(

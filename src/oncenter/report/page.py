@@ -130,7 +130,7 @@ def _by_priors(answer: Answer) -> str:
         f'<td class="number" data-label="by twice">{interval(now + each.doubled, each.inside_drive)}</td></tr>'
         for each in answer.by_priors
     ]
-    return f"""<section class="numbers">
+    return f"""<section class="numbers screen-only">
 <h2>Dependence on priors</h2>
 <p>The 95 % interval of the offset (deg) where a prior is half or twice as large. The prior of the accelerometer's
 zero also changes the part from the driving, which stands first.</p>

@@ -116,6 +116,21 @@ def test_ticks_without_the_rear_axle_s_angle_count_as_missing() -> None:
     assert answer.rejected_s["missing_signal"] == pytest.approx(6000 / RATE_HZ, abs=0.1)
 
 
+def with_rear_rad(drive: Signals, scale: float) -> Signals:
+    return dataclasses.replace(drive, table=drive.table.with_columns(pl.col("rear_axle_angle_rad") * scale))
+
+
+def test_a_rear_axle_s_angle_in_a_wrong_unit_is_named() -> None:
+    drive = counter_phase()
+    in_deg = with_rear_rad(drive, 1.0 / DEGREE)
+    with pytest.raises(oc.OncenterError, match=r"rear_axle_angle is 171 deg in the middle.*check its unit"):
+        oc.offset(in_deg, truck())
+    straight = in_deg.table["rear_axle_angle_rad"] - REAR_DEG
+    answer = oc.offset(dataclasses.replace(drive, table=drive.table.with_columns(straight)), truck())
+    assert answer.combined_offset is not None and answer.combined_offset.status == "invalid"
+    assert "times as far as the front wheels" in " ".join(texts_of(answer))
+
+
 def test_a_log_without_the_rear_axle_s_angle_is_answered_by_the_front_axle_with_a_warning() -> None:
     answer = oc.offset(without_rear_angle(counter_phase()), truck())
     assert answer.combined_offset is None
@@ -156,8 +171,7 @@ def test_a_simulated_rear_axle_in_counter_phase_gives_the_combined_offset_and_by
     assert combined is not None and combined.ci95 is not None and combined.value is not None
     assert combined.ci95[0] < target < combined.ci95[1]
     assert abs(combined.value - target) < 0.5 * DEGREE
-    reversed_sign = signals.table.with_columns(-pl.col("rear_axle_angle_rad"))
-    wrong = oc.offset(dataclasses.replace(signals, table=reversed_sign), given)
+    wrong = oc.offset(with_rear_rad(signals, -1.0), given)
     assert wrong.combined_offset is not None and wrong.combined_offset.status == wrong.offset.status == "invalid"
     assert "Check the sign and the unit of rear_axle_angle" in " ".join(texts_of(wrong))
     assert not any(finding.code == "wheelbase_or_ratio" for finding in wrong.findings)

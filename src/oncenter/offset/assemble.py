@@ -56,7 +56,7 @@ def answer_so_far(
     """
     changes = changes_of(native, [native["changes"]], (received,))
     answer = answer_of(native, changes, (received,), vehicle, "joint", params, gaps)
-    answer = with_fitting_bends(with_offsets_of_both_axles(answer))
+    answer = with_fitting_bends(with_offsets_of_both_axles(answer), (received,))
     return replace(answer, findings=(*answer.findings, *rear_axle_findings(answer, (received,))))
 
 

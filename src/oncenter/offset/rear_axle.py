@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from oncenter.errors import OncenterError
 from oncenter.estimates.estimate import Estimate, number
 from oncenter.findings import Finding, Kind, finding
 from oncenter.signals import DEGREE, SIGNALS, Signals
@@ -27,6 +28,10 @@ _STEERED_RAD = 10.0 * DEGREE  # the steering wheel turns by at least this much w
 _FOLLOWS_SHARE = 0.2  # of the usual motion per steering wheel angle; a locked axle moves less
 _LOCKED_WINDOWS_MIN = 6  # one minute
 _SPREAD_MAX_RAD = 0.03 * DEGREE  # of a locked axle's readings, but one in ten
+_SHARE_MAX = 2.0  # of the front wheels' angle: no rear axle steers more than the front axle
+_STEERS_RAD = 1.0 * DEGREE  # standard deviation: less may be noise
+_TICKS_MIN = 100
+_LIMIT_RAD = 1.5  # the core ignores more
 _LOCKED_SD_RAD = 0.005 * DEGREE  # of their median: resolution, and how straight the lock holds the axle
 
 
@@ -47,6 +52,14 @@ def with_rear_axle(params: Mapping[str, float], method: Method, drives: Sequence
         return dict(params)
     if not all(_REAR in drive.columns for drive in drives):
         return {**params, WEIGHT: 0.0}
+    for drive in drives:
+        reading = drive.columns[_REAR][np.isfinite(drive.columns[_REAR])]
+        if len(reading) > 0 and np.median(np.abs(reading)) > _LIMIT_RAD:
+            raise OncenterError(
+                f"{drive.log}: rear_axle_angle is {np.median(reading) / DEGREE:.0f} deg in the middle, "
+                "more than any axle steers: check its unit, in the [signals] table or at the end of its column's name",
+                code="no_usable_second",
+            )
     if method != "joint":
         return {**params, _ZERO: 0.0, _ZERO_SD: 0.0}
     zero_rad = None if params[_ZERO_SD] > 0.0 else locked_at(drives)
@@ -113,20 +126,36 @@ def with_offsets_of_both_axles(answer: Answer) -> Answer:
     return replace(answer, combined_offset=combined, rear_axle_offset=rear)
 
 
-def with_fitting_bends(answer: Answer) -> Answer:
+def with_fitting_bends(answer: Answer, drives: Sequence[Signals]) -> Answer:
     """The vehicle file is not to be corrected where bends contradict it by the rear axle: by its angle, as one of a
     wrong sign or unit does, or by its lack."""
-    others = tuple(finding for finding in answer.findings if finding.code != "wheelbase_or_ratio")
-    if not answer.vehicle.params.get(WEIGHT, 0.0) > 0.0 or len(others) == len(answer.findings):
+    by_bends = [finding for finding in answer.findings if finding.code == "wheelbase_or_ratio"]
+    if not answer.vehicle.params.get(WEIGHT, 0.0) > 0.0:
         return answer
+    others = tuple(finding for finding in answer.findings if finding not in by_bends)
     if answer.combined_offset is None:  # `rear_axle_findings` names the signal that is missing
         return replace(answer, findings=others)
-    is_far = any(f.code == "wheelbase_or_ratio" and f.severity == "warning" for f in answer.findings)
-    answer = replace(answer, findings=(*others, _contradicts()))
-    if not is_far:
+    share = max((_share_of_front(drive, answer.vehicle.ratio_near_centre) for drive in drives), default=0.0)
+    if share > _SHARE_MAX:
+        others = (*others, _contradicts(f"rear_axle_angle turns {share:.0f} times as far as the front wheels do"))
+    elif by_bends:
+        others = (*others, _contradicts("bends need another steering wheel angle than calculated from rear_axle_angle"))
+    answer = replace(answer, findings=others)
+    if share <= _SHARE_MAX and not any(finding.severity == "warning" for finding in by_bends):
         return answer
     none = Estimate(None, None, "invalid", "rad")
     return replace(answer, offset=none, offset_ci95_drive=None, not_identifiable=(), combined_offset=none)
+
+
+def _share_of_front(drive: Signals, steering_ratio: float) -> float:
+    """How far the rear wheels turn over how far the front wheels do; 0 of a rear axle that hardly steers."""
+    if not {_REAR, _ANGLE} <= set(drive.columns):
+        return 0.0
+    both = np.isfinite(drive.columns[_REAR]) & np.isfinite(drive.columns[_ANGLE])
+    if np.count_nonzero(both) < _TICKS_MIN:
+        return 0.0
+    rear, front = np.std(drive.columns[_REAR][both]), np.std(drive.columns[_ANGLE][both]) / steering_ratio
+    return float(rear / front) if rear > _STEERS_RAD and front > 0.0 else 0.0
 
 
 def rear_axle_findings(answer: Answer, drives: Sequence[Signals]) -> Iterator[Finding]:
@@ -166,12 +195,11 @@ def _both_axles(found: Kind, answer: Answer) -> Finding:
 
 
 @finding("rear_axle_steers", "warning")
-def _contradicts(found: Kind) -> Finding:
+def _contradicts(found: Kind, how: str) -> Finding:
     """Bends contradict the vehicle file and the angle of a steered rear axle."""
     return found(
-        "bends need another steering wheel angle than calculated from the vehicle file and rear_axle_angle. Check the "
-        "sign and the unit of rear_axle_angle (left is positive, road wheels) and the key rear_axle_steers first, then "
-        "wheelbase and steering ratio"
+        f"{how}. Check the sign and the unit of rear_axle_angle (left is positive, road wheels) and the key "
+        "rear_axle_steers first, then wheelbase and steering ratio"
     )
 
 

@@ -108,7 +108,7 @@ def offset(
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
-    answer = with_fitting_bends(with_offsets_of_both_axles(answer))
+    answer = with_fitting_bends(with_offsets_of_both_axles(answer), recorded)
     return replace(
         answer,
         findings=(

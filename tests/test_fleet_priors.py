@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from dataclasses import fields
 from pathlib import Path
@@ -150,6 +151,42 @@ def test_the_truck_s_own_values_replace_the_fleet_s(written: Path, tmp_path: Pat
     assert used["known_play_rad"] == pytest.approx(2.0 * DEGREE)
 
 
+def test_own_params_replace_the_fleet_s_in_either_unit(written: Path, tmp_path: Path) -> None:
+    own = "[params]\nknown_play_rad = 0.05\nknown_play_sd_rad = 0.01\n"
+    (tmp_path / "rigid.toml").write_text(TRUCK + '[priors]\nfrom = "fleet_priors.toml"\n' + own)
+    assert params_of(oncenter.vehicle(tmp_path / "rigid.toml"), {})["known_play_rad"] == 0.05
+
+
+def test_the_fleet_s_spread_of_pulls_is_also_that_of_an_axle_set_up_for_the_crown(
+    written: Path, tmp_path: Path
+) -> None:
+    own = "set_up_for_crown = true\n"
+    (tmp_path / "rigid.toml").write_text(TRUCK + own + '[priors]\nfrom = "fleet_priors.toml"\n')
+    assert params_of(oncenter.vehicle(tmp_path / "rigid.toml"), {})["known_pull_sd_m_s2"] == pytest.approx(
+        np.hypot(0.03, 0.004)
+    )
+
+
+def test_a_fleet_with_most_axles_set_up_for_the_crown_writes_a_file_that_is_read(tmp_path: Path) -> None:
+    text = "[priors]\ntrucks = 25\nset_up_probability_1 = 0.8\nset_up_probability_error_1 = 0.05\n"
+    (tmp_path / "fleet_priors.toml").write_text(text)
+    (tmp_path / "rigid.toml").write_text(TRUCK + '[priors]\nfrom = "fleet_priors.toml"\n')
+    assert params_of(oncenter.vehicle(tmp_path / "rigid.toml"), {})["set_up_probability_1"] == 0.5
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("[priors]\nfrom = 3\n", "'priors.from' must be text in quotes, got 3"),
+        ("[priors]\nfrm = 'x'\n", "'priors.frm' is not a key of a vehicle file; did you mean from"),
+    ],
+)
+def test_a_wrong_table_of_priors_is_refused_by_its_name(table: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "rigid.toml").write_text(TRUCK + table)
+    with pytest.raises(OncenterError, match=re.escape(said)):
+        oncenter.vehicle(tmp_path / "rigid.toml")
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -158,6 +195,7 @@ def test_the_truck_s_own_values_replace_the_fleet_s(written: Path, tmp_path: Pat
         ("[priors]\ntrucks = 25\npull_sd_m_s2 = -1.0\n", "priors.pull_sd_m_s2 must be a number from 0 to 1, got -1.0"),
         ("[priors]\npull_sd_m_s2 = 0.1\n", "priors.pull_sd_error_m_s2 must be a number from 0 to 1, got nothing"),
         ("[priors]\ntrucks = nan\n", "priors.trucks must be a number"),
+        ("[priors]\npull_sd_ms2 = 0.1\n", "priors.pull_sd_ms2 is not a key; did you mean pull_sd_m_s2"),
     ],
 )
 def test_a_wrong_file_of_priors_is_refused_by_file_and_key(text: str | None, said: str, tmp_path: Path) -> None:

@@ -38,6 +38,19 @@ def test_every_key_of_the_vehicle_is_in_the_table_of_keys_and_no_other() -> None
     assert set(SIGNAL_ENTRY) == set(Vehicle.model_fields["signals"].annotation.__args__[1].model_fields)
 
 
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"axle_layout": "4x2", "rear_axle_steers": "tag"}, "'tag' needs three axles, and 'axle_layout' is '4x2'"),
+        ({"axle_layout": "6x2", "rear_axle_steers": "rear"}, "'rear' is of two axles, and 'axle_layout' is '6x2'"),
+        ({"rear_axle_zero_deg": 1.0, "rear_axle_zero_sd_deg": 0.1}, "'rear_axle_zero_deg' needs 'rear_axle_steers'"),
+    ],
+)
+def test_a_steered_rear_axle_must_be_one_that_the_truck_has(given: dict[str, object], said: str) -> None:
+    with pytest.raises(oc.OncenterError, match=said):
+        vehicle_from({**TRUCK, **given}, "truck.toml")
+
+
 def test_the_range_of_the_wheelbase_is_the_core_s() -> None:
     low, high = KEYS["wheelbase_m"].low, KEYS["wheelbase_m"].high
     assert [_core.bad_vehicle(wheelbase, 19.3) for wheelbase in (low, high)] == [None, None]

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from oncenter.files.toml_file import read_toml, refusal
+from oncenter.nearest_name import did_you_mean
 
 _CODE = "vehicle_file"
 TRUCKS_MAX = 10_000_000
@@ -19,8 +20,9 @@ KEYS: Mapping[str, tuple[float, float]] = {
     "play_sd_deg": (0.0, 30.0),
     "understeer_gradient_deg_m_s2": (0.0, 5.0),
     "understeer_gradient_sd_deg_m_s2": (0.0, 5.0),
-    "set_up_probability_1": (0.0, 0.5),
+    "set_up_probability_1": (0.0, 1.0),
 }
+_SET_UP_MAX = 0.5  # of the parameter
 _UNITS = ("deg_m_s2", "m_s2", "deg", "1")
 # of pulls: 200 simulated trucks with an sd of 0.02 taught 0.005 to 0.03, with standard errors of 0.002 to 0.008
 _PULL_SD_MIN_M_S2 = 0.02
@@ -57,6 +59,10 @@ def learned_priors(path: Path, name: str, given: Mapping[str, Any]) -> LearnedPr
     where = f"types.{name}" if by_type else "priors"
     if not isinstance(table, dict):
         raise refusal(f"{what} has no table [{where}]: write it with oncenter fleet priors", _CODE)
+    keys = ["trucks", *KEYS, *map(error_key, KEYS)]
+    for key in table:
+        if key not in keys:
+            raise refusal(f"{what}: {where}.{key} is not a key{did_you_mean(key, keys)}", _CODE)
     found = {key: _value(table, key, bounds, f"{what}: {where}") for key, bounds in KEYS.items() if key in table}
     errors = {key: _value(table, error_key(key), KEYS[key], f"{what}: {where}") for key in found}
     trucks = _value(table, "trucks", (1.0, float(TRUCKS_MAX)), f"{what}: {where}")
@@ -66,7 +72,7 @@ def learned_priors(path: Path, name: str, given: Mapping[str, Any]) -> LearnedPr
         params["pull_sd_m_s2"] = max(learned, _PULL_SD_MIN_M_S2)
     if "set_up_probability_1" in found and "set_up_for_crown" not in given:
         likely = found["set_up_probability_1"] + errors["set_up_probability_1"]
-        params["set_up_probability_1"] = min(likely, KEYS["set_up_probability_1"][1])
+        params["set_up_probability_1"] = min(likely, _SET_UP_MAX)
     has_ratio = "steering_ratio" in given  # without it a gradient is not one of the road wheels
     for key, sd, sd_min, applies in (
         ("play_deg", "play_sd_deg", _SD_MIN_DEG, True),

@@ -28,8 +28,8 @@ Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "3.7" and 
 _CODE = "vehicle_file"  # of errors
 _OUT_OF_RANGE = ("greater_than_equal", "less_than_equal")  # errors of pydantic
 _SWITCH = "use_accelerometer"  # the only parameter that is not a quantity
-# `tandem_side_force_m2_s2`, (m/s)^2: between those of laden and of empty rigid trucks of that layout
 _REAR_AXLE_WEIGHT_1 = {"rear": 1.0, "tag": 0.6}  # `rear_axle_weight_1`; rigid 6x2 trucks have 0.57 to 0.61
+# `tandem_side_force_m2_s2`, (m/s)^2: between those of laden and of empty rigid trucks of that layout
 _TANDEM_SIDE_FORCE_M2_S2 = {"6x2": 12.0, "6x4": 19.0, "8x4": 10.0}
 ANY_SIDE_FORCE_M2_S2 = 8.0  # of an unknown truck without a layout: it halves the error of each layout
 # By key: the key of its standard deviation, and the params of both.
@@ -154,6 +154,14 @@ class Vehicle(BaseModel):
         if not isinstance(values, dict) or not isinstance(values.get("params", {}), Mapping):
             return values
         layout, steers = values.get("axle_layout"), values.get("rear_axle_steers")
+        if (layout, steers) == ("4x2", "tag"):
+            raise ValueError("'rear_axle_steers' = 'tag' needs three axles, and 'axle_layout' is '4x2': give 'rear'")
+        if steers == "rear" and isinstance(layout, str) and layout in _TANDEM_SIDE_FORCE_M2_S2:
+            raise ValueError(
+                f"'rear_axle_steers' = 'rear' is of two axles, and 'axle_layout' is '{layout}': give 'tag'"
+            )
+        if values.get("rear_axle_zero_deg") is not None and steers is None and not _gives_weight(values):
+            raise ValueError("'rear_axle_zero_deg' needs 'rear_axle_steers'")
         given: dict[str, float] = {}
         if isinstance(layout, str) and layout in _TANDEM_SIDE_FORCE_M2_S2 and steers != "tag":
             given["tandem_side_force_m2_s2"] = _TANDEM_SIDE_FORCE_M2_S2[layout]
@@ -190,7 +198,8 @@ class Vehicle(BaseModel):
             raise ValueError("give 'set_up_for_crown' or 'pull_m_s2': the pull contains the set-up")
         else:
             by_default = _core.default_params()
-            crown, sd = by_default["crown_m_s2"] * _TRAFFIC_SIGNS[side], by_default["pull_sd_m_s2"]
+            crown = by_default["crown_m_s2"] * _TRAFFIC_SIGNS[side]
+            sd = values.get("params", {}).get("pull_sd_m_s2", by_default["pull_sd_m_s2"])  # a fleet's, or the file's
             given = {"known_pull_m_s2": crown, "known_pull_sd_m_s2": sd}
         return values | {"params": {**given, **values.get("params", {})}} if given else values
 
@@ -453,6 +462,10 @@ def core_params(*layers: Mapping[str, float]) -> dict[str, float]:
     return values
 
 
+def _gives_weight(values: Mapping[str, Any]) -> bool:
+    return "rear_axle_weight_1" in values.get("params", {})
+
+
 def _is_number(value: object) -> bool:
     return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < math.inf
 
@@ -524,7 +537,7 @@ def vehicle_from(values: Mapping[str, Any], origin: str, folder: Path | None = N
         raise refusal(f"vehicle file {origin}: holds {values['schema']}, and no vehicle", _CODE)
     try:
         learned = _learned(values, origin, folder)
-        given = values if learned is None else {**values, "params": {**learned.params, **values.get("params", {})}}
+        given = values if learned is None else {**values, "params": _below(learned.params, values.get("params", {}))}
         truck = Vehicle.model_validate({"name": Path(origin).stem, **given})
     except ValidationError as error:
         raise refusal(f"vehicle file {origin}: {_first_error(error)}", _CODE) from None
@@ -533,17 +546,21 @@ def vehicle_from(values: Mapping[str, Any], origin: str, folder: Path | None = N
 
 
 def _learned(values: Mapping[str, Any], origin: str, folder: Path | None) -> LearnedPriors | None:
-    """The priors of the file that `[priors]` names; its own table is checked before."""
-    if "priors" not in values:
+    """The priors of the file that `[priors]` names; None where this table is wrong, which its own check names."""
+    table = values.get("priors")
+    path = table.get("from") if isinstance(table, Mapping) else None
+    if not isinstance(path, str) or not isinstance(values.get("params", {}), Mapping):
         return None
-    path = _PriorsFrom.model_validate(values["priors"]).from_
     if folder is None:
         raise refusal(
             f"vehicle file {origin}: 'priors' needs a vehicle file on the disk, beside which the path is", _CODE
         )
-    if not isinstance(values.get("params", {}), Mapping):
-        return None
     return learned_priors(folder / path, Path(origin).stem, values)
+
+
+def _below(learned: Mapping[str, float], own: Mapping[str, Any]) -> dict[str, Any]:
+    """The params of a file over learned ones, in whichever unit the file gives an angle."""
+    return {name: value for name, value in learned.items() if name.replace("_deg", "_rad", 1) not in own} | dict(own)
 
 
 def _first_error(error: ValidationError) -> str:
@@ -601,4 +618,6 @@ def _fields_of(table: str) -> Mapping[str, object]:
     """The keys of a table of a vehicle file; the file itself is ""."""
     if table == "sensors":
         return Sensors.model_fields
+    if table == "priors":
+        return {str(field.alias): field for field in _PriorsFrom.model_fields.values()}
     return _SignalEntry.model_fields if table.startswith("signals.") else Vehicle.model_fields

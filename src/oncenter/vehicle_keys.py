@@ -136,7 +136,7 @@ KEYS: dict[str, Key] = {
             "turns by the angles of both axles together: oncenter sets the parameter `rear_axle_weight_1` to 1 or 0.6, "
             "unless [params] gives it, and uses the signal `rear_axle_angle`. The offset is then the combined one of "
             "both sensors.",
-            "tag",
+            "rear",
             choices=("rear", "tag"),
             where="Model name, data sheet, or the steering linkage at that axle.",
             without="no rear axle is steered",

@@ -88,6 +88,20 @@ def test_a_value_that_the_database_does_not_name_is_refused_with_the_names(tmp_p
     assert (no.value.code, no.value.exit_code) == ("missing_part", 2)
 
 
+@pytest.mark.parametrize("value", [1.5, 16, -1])
+def test_a_number_that_the_signal_cannot_have_is_refused(tmp_path: Path, value: float) -> None:
+    with pytest.raises(OncenterError, match=rf"true_when = {value} is no value that GEARBOX\.Lever can have"):
+        by_database(tmp_path, reverse=SignalName("GEARBOX.Lever", true_when=(value,)))
+
+
+def test_a_number_with_a_fraction_is_found_as_it_is_written(tmp_path: Path) -> None:
+    frames = [Frame(START_S + k / 100, 0x123, bytes([3, *bytes(7)]), extended=False) for k in range(300)]
+    (tmp_path / "drive.log").write_text(candump(frames))
+    (tmp_path / "truck.dbc").write_text(DBC.replace("Lever : 0|4@1+ (1,0)", "Lever : 0|4@1+ (0.1,0)"))
+    names = {"vehicle_speed": SPEED, "reverse": SignalName("GEARBOX.Lever", true_when=(0.3,))}
+    assert np.all(read(tmp_path / "drive.log", names=names, dbc=[tmp_path / "truck.dbc"]).columns["reverse"] == 1.0)
+
+
 def test_a_name_is_refused_where_no_database_gives_it(tmp_path: Path) -> None:
     with pytest.raises(OncenterError, match=r"of column lever of drive\.csv: give its number"):
         by_table(tmp_path, reverse=SignalName("lever", true_when=("R",)))

@@ -238,7 +238,22 @@ def _named(message: Message, layout: Signal, signal: str, entry: SignalName) -> 
     of_names = {str(name): code * _float(layout.scale) + _float(layout.offset) for code, name in _choices(layout)}
     true = true_numbers(signal, entry, of_names, f"{message.name}.{layout.name} in the database")
     is_true = None if true is None else tuple(true)
+    for value in is_true or ():
+        if not _has_value(layout, value):
+            raise bad_database(
+                f"[signals] {signal}: true_when = {value:g} is no value that {message.name}.{layout.name} can have: it "
+                f"has {layout.length} bits, scale {_float(layout.scale):g} and offset {_float(layout.offset):g}"
+            )
     return Field(layout, entry.factor * known[unit], signal, plus=plus, sign_by=sign_by, true_when=is_true)
+
+
+def _has_value(layout: Signal, value: float) -> bool:
+    """Whether a whole number of the signal's bits gives this value."""
+    if layout.is_float:
+        return True
+    code = (value - _float(layout.offset)) / _float(layout.scale)
+    low = -(2 ** (layout.length - 1)) if layout.is_signed else 0
+    return abs(code - round(code)) < 1e-3 and low <= round(code) < low + 2**layout.length
 
 
 def _choices(layout: Signal) -> list[tuple[int, object]]:

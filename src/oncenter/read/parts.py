@@ -36,7 +36,10 @@ def as_status(signal: str, values: Column, true_when: Iterable[float] | None) ->
         return values
     if true_when is None:
         return np.where((values == 0.0) | (values == 1.0), values, np.nan)
-    return np.where(np.isnan(values), np.nan, np.isin(values, list(true_when)))
+    is_true = np.zeros(len(values), bool)
+    for value in true_when:
+        is_true |= np.isclose(values, value, rtol=1e-6, atol=1e-9)  # 3 times a factor of 0.1 is not the number 0.3
+    return np.where(np.isnan(values), np.nan, is_true)
 
 
 def true_numbers(signal: str, entry: SignalName | None, by_name: Mapping[str, float], where: str) -> list[float] | None:

@@ -40,7 +40,7 @@ OF_OFFSET = {"offset_status": "valid", "start": 1.7e9}
 
 def test_a_summary_comes_back_from_its_columns() -> None:
     columns = columns_of(SUMMARY, NOTHING_KNOWN)
-    assert list(columns) == list(COLUMNS) and len(columns) == len(fields(Summary)) + 4
+    assert list(columns) == list(COLUMNS) and len(columns) == len(fields(Summary)) + 5
     assert columns["summary_standing_m_s2"] is None and columns["summary_play_deg"] == pytest.approx(0.1 / DEGREE)
     back = summary_of_row({**columns, **OF_OFFSET})
     assert back is not None and math.isnan(back.standing)
@@ -94,6 +94,14 @@ def test_changes_lead_from_each_offset_to_the_next() -> None:
     assert first.after == pytest.approx(second.before) and second.after == pytest.approx(offset.value)
     assert (first.size, second.size) == (pytest.approx(3.0, abs=0.1), pytest.approx(-2.0, abs=0.1))
     assert offset.since == 1.7e9 + 86400.0 * 12
+
+
+def test_a_truck_s_model_has_the_spread_of_pulls_that_a_fleet_taught() -> None:
+    learned = {**NOTHING_KNOWN, "pull_sd_m_s2": 0.02}
+    row = {**columns_of(SUMMARY, learned), **OF_OFFSET}
+    assert OfTruck("truck", [row], 2.0).priors == priors_of(learned)
+    del row["summary_pull_sd_m_s2"]  # of a version before
+    assert OfTruck("truck", [row], 2.0).priors == priors_of()
 
 
 def test_a_known_pull_is_taken_off_once() -> None:

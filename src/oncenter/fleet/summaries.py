@@ -46,7 +46,8 @@ _COLUMNS = (
 _PREFIX = "summary_"
 _MAY_LACK = ("bank", "standing", "unloading", "unloading_sd", "with_unloading")
 
-# Values given in the vehicle file, 0 where it gives none: column, param of the core, unit, meaning.
+# Priors in force: values given in the vehicle file, 0 where it gives none, and the sd of pulls. Column, param of the
+# core, unit, meaning.
 _GIVEN = (
     (
         "known_pull_sd_m_s2",
@@ -62,6 +63,7 @@ _GIVEN = (
     ),
     ("known_play_deg", "known_play_rad", _DEGREES, "free play in the vehicle file"),
     ("known_play_sd_deg", "known_play_sd_rad", _DEGREES, "its standard deviation; 0: not given"),
+    ("pull_sd_m_s2", "pull_sd_m_s2", 1.0, "prior sd of the pull where none is given: the default, or a fleet's"),
 )
 COLUMNS: Mapping[str, tuple[str, str]] = {
     _PREFIX + name: ("number", f"for the truck's model: {about}")
@@ -82,8 +84,9 @@ def columns_of(summary: Summary | None, params: Mapping[str, float]) -> dict[str
 
 
 def priors_of_row(row: Mapping[str, Any]) -> dict[str, float]:
-    """The params given in the vehicle file when the drive was answered; 0 where not given."""
-    return {param: (row.get(_PREFIX + name) or 0.0) * unit for name, param, unit, _ in _GIVEN}
+    """The params when the drive was answered, without those that its row lacks: one of a version before."""
+    values = ((param, row.get(_PREFIX + name), unit) for name, param, unit, _ in _GIVEN)
+    return {param: value * unit for param, value, unit in values if value is not None}
 
 
 def summary_of_row(row: Mapping[str, Any]) -> Summary | None:

@@ -85,7 +85,7 @@ def by_priors(
     with the one solved by the priors in force: an answer has equations that were solved seconds before its end."""
     start = solved(params)
     for prior, param in _priors_in(params) if start is not None else ():
-        halved, doubled = (solved(_scaled(params, param, factor)) for factor in (0.5, 2.0))
+        halved, doubled = (solved(scaled(params, param, factor)) for factor in (0.5, 2.0))
         if start is not None and halved is not None and doubled is not None:
             yield ByPrior(prior, param, params[param], halved - start, doubled - start)
 
@@ -110,7 +110,7 @@ def _priors_in(params: Mapping[str, float]) -> Iterator[tuple[Prior, str]]:
             yield prior, param
 
 
-def _scaled(params: Mapping[str, float], param: str, factor: float) -> dict[str, float]:
+def scaled(params: Mapping[str, float], param: str, factor: float) -> dict[str, float]:
     """The params with one prior `factor` times as large, within its range."""
     row = param_table()[param]
     return {**params, param: min(max(factor * params[param], row.low), row.high)}

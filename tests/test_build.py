@@ -21,10 +21,9 @@ def project_in(folder: Path) -> Path:
             shutil.copy(ROOT / name, folder)
     for name in ("pyproject.toml", "setup.py", "README.md", "LICENSE"):
         shutil.copy(ROOT / name, folder)
-    for name in ("core", "dbc", "scenarios", "vehicles", "src"):
+    for name in ("core", "dbc", "docs", "embedded", "examples", "scenarios", "vehicles", "src"):
         shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info", "*.so"))
     shutil.copytree(ROOT / "wheels", folder / "wheels", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(ROOT / "docs" / "reference", folder / "docs" / "reference")
     return folder
 
 

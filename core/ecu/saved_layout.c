@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xA664E0A7u;
+static const uint32_t layout_hash = 0xB938567Au;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -59,7 +59,7 @@ static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 25), INTEGERS(oc_state, evidence.gyro_bias.due, 8),
     ENUMS(oc_state, evidence.gyro_bias.status, 1), DOUBLES(oc_state, evidence.wheel_speed.difference, 3),
     INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 33),
-    DOUBLES(oc_state, evidence.joint.speed_mean, 11),
+    DOUBLES(oc_state, evidence.joint.speed_mean, 5), FLOATS(oc_state, evidence.joint.removed[0], 4),
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),
     FLOATS_OF_EACH(oc_state, evidence.joint.changed[0].change.size, 3, evidence.joint.changed),

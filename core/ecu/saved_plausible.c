@@ -82,8 +82,6 @@ static const member doubles[] = {
     {offsetof(oc_state, evidence.gyro_bias.still_blocks), 4, NOT_NEGATIVE, 1, 0}, /* to sd */
     {offsetof(oc_state, evidence.joint.bank_mean), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.joint.crown_bank), 1, ACCELERATION, 1, 0},
-    {offsetof(oc_state, evidence.joint.banked), 2, ACCELERATION, 1, 0},
-    {offsetof(oc_state, evidence.joint.banked_samples), 4, NOT_NEGATIVE, 1, 0}, /* and banked_curvature */
     {offsetof(oc_state, learned.offset.value), 1, ESTIMATE, OC_LEARNED_ESTIMATES, ESTIMATES},
     {offsetof(oc_state, learned.offset.standard_deviation), 2, NOT_NEGATIVE, OC_LEARNED_ESTIMATES, ESTIMATES},
 };
@@ -112,6 +110,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.gyro_bias.past.bias), 1, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.past.covariance), OC_GYRO_BIAS_STATES, PLACE, 1, 0},
     {offsetof(oc_state, evidence.joint.along), 2, SECOND, 1, 0}, /* and across */
+    {offsetof(oc_state, evidence.joint.removed), 2, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.joint.checked_s), 3, SUM, 1, 0}, /* to outlying_sum */
     {offsetof(oc_state, evidence.joint.second.used_s), 2, NOT_NEGATIVE, 1, 0}, /* and trial_s */
     {offsetof(oc_state, evidence.joint.second.second_s), 1, SECOND, 1, 0},

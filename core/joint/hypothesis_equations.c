@@ -161,36 +161,37 @@ float oc_likelihood(float x) {
 
 /* Share of the offset of an axle set up for the crown that the interval includes, 0 to 1: by Bayes over three normals
  * about m, m + c and m + 2 c (docs/method.md, "An axle set up for the crown"). `deviation` is a_0 - m; the
- * probabilities are of such an axle and of roads that fall to the other side, m + 2 c. */
-static float crown_setup_share(float deviation, float crown, float variance, float set_up, float other_side) {
+ * probabilities are of such an axle and of roads that fall to the other side, m + 2 c; `by_bends` is their log odds. */
+static float crown_setup_share(float deviation, float crown, float variance, float set_up, float other_side,
+                               float by_bends) {
     static const float probability_low = 0.025f, probability_high = 0.075f; /* one tail of 95 %, and three */
     const float per = crown / variance;
     const float ratio = oc_likelihood(oc_clamp(per * (crown - deviation), -8.0f, 8.0f)); /* of likelihoods */
     const float sides = (1.0f - set_up - other_side) / ratio + other_side * ratio;
-    const float likely = set_up / (set_up + oc_likelihood(0.5f * per * crown) * sides);
+    const float likely = set_up / (set_up + oc_likelihood(0.5f * per * crown + by_bends) * sides);
     return oc_clamp((likely - probability_low) / (probability_high - probability_low), 0.0f, 1.0f);
 }
 
-/* Factor of the odds of an axle set up for the crown, where bends are superelevated. They remove some 3/4 of the crown:
- * a healthy axle's is the bank less a_0, and that of an axle set up is more or less than this by c. */
-static float odds_by_bends(const oc_prior *prior, float fell) {
+/* Log odds of an axle set up for the crown, by superelevated bends. They remove 3/4 of the crown: a healthy axle's is
+ * the bank less a_0, and that of an axle set up is more or less than this by c. */
+static float log_odds_by_bends(const oc_prior *prior, float fell) {
+    static const float other_side = 0.7f; /* log 2: half of such axles are set up to the other side */
     const float shift = removed_share * prior->crown, per = shift * prior->removed_information;
-    const float apart = oc_clamp(per * (prior->removed - removed_share * fell), -8.0f, 8.0f);
-    const float cost = 0.5f * per * shift;
-    return 0.5f * (oc_likelihood(cost - apart) + oc_likelihood(cost + apart));
+    const float apart = fabsf(per * (prior->removed - removed_share * fell));
+    return oc_clamp(apart - other_side, 0.0f, 8.0f) - 0.5f * per * shift;
 }
 
 /* The same of a hypothesis. Where the side of traffic is unknown, a_0 is compared with the mean bank, which a crown to
  * either side puts c away from a healthy axle's a_0, whatever the accelerometer's bias. */
 static float set_up_share_of(const oc_hypothesis *h, const oc_hypothesis_design *design, const oc_prior *prior) {
     const bool either_side = prior->bank_sd > 0.0f;
-    const float odds = design->known.set_up_probability * odds_by_bends(prior, prior->bank - h->unloading);
-    const float set_up = odds / (odds + 1.0f - design->known.set_up_probability);
+    const float set_up = design->known.set_up_probability;
     const float other_side = either_side ? 0.5f * (1.0f - set_up) : other_side_probability;
     const float sd = either_side ? prior->bank_sd : prior->unloading_sd;
     const float variance = sd * sd + design->pull_sd * design->pull_sd + h->variances.of[OC_OF_UNLOADING];
     const float mean = either_side ? prior->bank - prior->crown : prior->unloading_mean;
-    return crown_setup_share(h->unloading - mean, prior->crown, variance, set_up, other_side);
+    const float by_bends = log_odds_by_bends(prior, prior->bank - h->unloading);
+    return crown_setup_share(h->unloading - mean, prior->crown, variance, set_up, other_side, by_bends);
 }
 
 /* Variance of o = constant + i K (a_0 - pull) by the terms; the weights are its gradient. */

@@ -18,9 +18,10 @@ static const float correction_min = 3.5e-5f;     /* rad/s; a smaller one moves t
 static const double sample_s = 0.1; /* s: length of a sample; ten are a second */
 static const double bank_filter_s = 0.3; /* s: time constant of a_y - r v */
 static const double wandering_memory_s = 200.0; /* s: memory of the mean bank if the zero is a random walk */
-static const double crowned_curvature = 0.0007; /* 1/m: curvature up to which a road is crowned */
-static const double banked_curvature_min = 0.004; /* 1/m: curvature from which bends may be superelevated in full */
-static const double banked_curvature_max = 0.0125; /* 1/m: the same, up to which; junctions are tighter */
+static const float crowned_curvature = 0.0007f; /* 1/m: curvature up to which a road is crowned */
+static const float banked_curvature_min = 0.004f; /* 1/m: curvature from which bends may be superelevated in full */
+static const float banked_curvature = 0.006f; /* 1/m: the same, usual */
+static const float banked_curvature_max = 0.0125f; /* 1/m: the same, up to which; junctions are tighter */
 static const float settled_age_s = 300.0f; /* s: minimum evidence for the check for changes */
 static const float place_settling_s = 20.0f; /* s: no change is suspected after a reset of the place */
 static const float outlying_error = 1.5f * 0.017453292f; /* rad: minimum error of a second far from the prediction */
@@ -193,8 +194,6 @@ bool oc_joint_correct(oc_joint *joint, const oc_joint_tracking *tracking, const 
     const double by_speed = has_banks ? (double)rad_s * joint->speed_mean : 0.0;
     joint->bank_mean += by_speed;
     joint->crown_bank += by_speed;
-    joint->banked[0] += by_speed;
-    joint->banked[1] += by_speed;
     if (joint->second.used_s > 0.0f) {
         for (int32_t k = 0; k < joint->count; ++k) {
             oc_hypothesis_correct(&joint->hypotheses[k], &design->hypothesis, rad_s);
@@ -274,28 +273,30 @@ static void count_outlying(oc_joint *joint) {
     }
 }
 
-static void add_to_mean(double *mean, double *samples, double value, double memory) {
-    *samples = *samples + 1.0 < memory ? *samples + 1.0 : memory;
-    *mean += (value - *mean) / *samples;
+/* Scaled to one curvature, since bends to the left and to the right differ. */
+static void average_bend(oc_joint *joint, float bank, float curvature, float memory) {
+    int32_t side = 0;
+    if (curvature < 0.0f) { /* to the right */
+        side = 1;
+    }
+    const float removed = ((float)joint->crown_bank - bank) * banked_curvature / fabsf(curvature);
+    joint->removed_samples[side] = oc_min(joint->removed_samples[side] + 1.0f, memory);
+    joint->removed[side] += (removed - joint->removed[side]) / joint->removed_samples[side];
 }
 
 /* Superelevation removes the crown, so the crown is that of the straights. */
 static void average(oc_joint *joint, const oc_joint_design *design, const oc_joint_tick *tick, double bank) {
     const double memory = 10.0 * (oc_joint_wanders(joint) ? wandering_memory_s : (double)design->memory_s);
-    const double curvature = fabs(tick->curvature);
-    int32_t side = 0;
-    if (tick->curvature < 0.0) { /* to the right */
-        side = 1;
+    const float curvature = (float)tick->curvature, size = fabsf(curvature);
+    if (size < crowned_curvature) {
+        joint->crown_samples = joint->crown_samples + 1.0 < memory ? joint->crown_samples + 1.0 : memory;
+        joint->crown_bank += (bank - joint->crown_bank) / joint->crown_samples;
     }
-    if (curvature < crowned_curvature) {
-        add_to_mean(&joint->crown_bank, &joint->crown_samples, bank, memory);
-    } else if (curvature > banked_curvature_min && curvature < banked_curvature_max) {
-        add_to_mean(&joint->banked[side], &joint->banked_samples[side], bank, memory);
-        joint->banked_curvature[side] += (curvature - joint->banked_curvature[side]) / joint->banked_samples[side];
-    } else {
-        /* gentle bends and junctions */
+    if (size > banked_curvature_min && size < banked_curvature_max) {
+        average_bend(joint, (float)bank, curvature, (float)memory);
     }
-    add_to_mean(&joint->bank_mean, &joint->bank_samples, bank, memory);
+    joint->bank_samples = joint->bank_samples + 1.0 < memory ? joint->bank_samples + 1.0 : memory;
+    joint->bank_mean += (bank - joint->bank_mean) / joint->bank_samples;
     joint->speed_mean += (tick->speed - joint->speed_mean) / joint->bank_samples;
 }
 

@@ -117,8 +117,7 @@ typedef struct {
     double speed_mean;              /* m/s, over all usable samples */
     double bank_mean, bank_samples; /* m/s^2, a_y - r*v, over the same samples */
     double crown_bank, crown_samples; /* the same, of those on straights */
-    double banked[2], banked_samples[2]; /* the same, of those in bends to the left and to the right */
-    double banked_curvature[2];     /* 1/m, mean size of their curvature */
+    float removed[2], removed_samples[2]; /* m/s^2, crown_bank less those in bends to the left and to the right */
     oc_changed changed[OC_CHANGES_MAX];
     oc_hypothesis hypotheses[OC_JOINT_HYPOTHESES];
 } oc_joint;

@@ -1,3 +1,4 @@
+#include "bounds.h"
 #include "methods.h"
 
 #include <math.h>
@@ -28,15 +29,12 @@ static void update_bank(bank_estimate *b, float reading, float share, float vari
     b->crown_variance -= of_crown / total * of_crown;
 }
 
-/* The crown that superelevated bends remove, by bends of equal curvature to the left and to the right. Bends banked by
- * less than a crown may be crowned, too. */
-static void add_banked_bends(oc_prior *prior, const oc_joint *joint, float crown) {
-    const float in_bends = oc_min((float)joint->banked_samples[0], (float)joint->banked_samples[1]);
-    const float samples = oc_min(in_bends, (float)joint->crown_samples);
-    const float left = prior->bank - (float)joint->banked[0], right = prior->bank - (float)joint->banked[1];
-    const float of_left = (float)joint->banked_curvature[1], of_right = (float)joint->banked_curvature[0]; /* weights */
-    if (samples > 0.0f && of_left + of_right > 0.0f && 0.5f * (left - right) > crown) {
-        prior->removed = (of_left * left + of_right * right) / (of_left + of_right);
+/* The crown that superelevated bends remove. Bends banked by less than a crown may be crowned, too. */
+static void add_removed_crown(oc_prior *prior, const oc_joint *joint, float crown) {
+    const float left = joint->removed[0], right = joint->removed[1];
+    const float samples = oc_min(joint->removed_samples[0], joint->removed_samples[1]);
+    if (samples > 0.0f && 0.5f * (left - right) > crown) {
+        prior->removed = 0.5f * (left + right);
         prior->removed_information = 1.0f / (removed_sd * removed_sd + uneven / samples);
     }
 }
@@ -83,7 +81,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         const float few = 300.0f / ((float)evidence->joint.crown_samples + 1.0f);
         prior.bank = (float)evidence->joint.crown_bank;
         prior.bank_sd = sqrtf(crown_sd * crown_sd * (1.0f + few) + turning * turning);
-        add_banked_bends(&prior, &evidence->joint, crown_size);
+        add_removed_crown(&prior, &evidence->joint, crown_size);
     }
     prior.zero_information = oc_torque_zero_information(&evidence->torque, &c->torque);
     prior.unloading_mean = estimate.bias + known->pull;

@@ -122,6 +122,7 @@ TUNED = {  # by C file and name
     "joint.wandering_memory_s": 200.0,
     "joint.crowned_curvature": 0.0007,
     "joint.banked_curvature_min": 0.004,
+    "joint.banked_curvature": 0.006,
     "joint.banked_curvature_max": 0.0125,
     "joint.settled_age_s": 300.0,
     "joint.place_settling_s": 20.0,

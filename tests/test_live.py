@@ -167,6 +167,10 @@ def test_before_the_needed_signals_are_there_it_says_which_are_not() -> None:
     assert stream.listening
     assert "no vehicle speed (PGN 65265 CCVS1" in stream.missing()
     assert "61449 VDC2" in stream.missing() and "61444 EEC1" in stream.missing()
+    rear = Stream("bus", ("rear_axle_angle",))
+    for frame in drive(6.0):
+        rear.add(one_frame(frame.time, frame.identifier, frame.extended, frame.data))
+    assert "no rear axle angle (no J1939 message has it: name it in [signals]" in rear.missing()
 
 
 def with_other_sender(frames: list[Frame], turned: dict[str, float], until_s: float = 1e9) -> list[Frame]:

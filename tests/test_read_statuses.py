@@ -123,3 +123,11 @@ def test_only_a_status_has_values_at_which_it_is_true(tmp_path: Path, capsys: py
     file.write_text('wheelbase_m = 3.7\nsteering_ratio = 19.3\n[signals]\nyaw_rate = { name = "Y", true_when = [1] }\n')
     assert run(["vehicle", "check", str(file)]) == 2
     assert "'yaw_rate' has no 'true_when'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("written", ["[]", "1"])
+def test_values_that_are_no_list_are_refused_with_an_example(tmp_path: Path, written: str) -> None:
+    file = tmp_path / "truck.toml"
+    file.write_text(f'[signals]\nreverse = {{ name = "R", true_when = {written} }}\n')
+    with pytest.raises(OncenterError, match=r"true_when' must be a list of values, such as \[1, 2\]"):
+        oc.vehicle(file)

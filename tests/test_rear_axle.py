@@ -13,9 +13,14 @@ from test_core_motion import motion_of
 from test_estimate import RATE_HZ, steady_drive
 
 import oncenter as oc
+from oncenter import _core
+from oncenter.cli import run
 from oncenter.estimates.estimate import Estimate
+from oncenter.offset.assemble import answer_so_far
+from oncenter.offset.inputs import params_of
+from oncenter.offset.withheld import Gaps
 from oncenter.signals import DEGREE, Signals, Source
-from oncenter.vehicle import Vehicle, vehicle_from
+from oncenter.vehicle import Vehicle, core_of, vehicle_from
 from oncenter.verdict import verdicts_of
 
 RATIO, FRONT_DEG, REAR_DEG, SHARE = 19.3, 2.0, 3.0, -0.25
@@ -148,6 +153,24 @@ def test_a_rear_axle_s_angle_without_an_axle_in_the_vehicle_file_is_not_used_and
 
 def test_the_angle_without_its_sensor_is_not_available_while_the_rear_axle_s_zero_is_unknown() -> None:
     assert oc.angle(counter_phase(), truck())["status"].unique().to_list() == ["unobservable"]
+
+
+def test_an_angle_that_is_not_available_names_the_rear_axle_as_its_reason(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    counter_phase().table.write_parquet(tmp_path / "drive.parquet")
+    lines = 'wheelbase_m = 3.7\nsteering_ratio = 19.3\nrear_axle_steers = "rear"\n'
+    (tmp_path / "truck.toml").write_text(lines)
+    assert run(["angle", str(tmp_path / "drive.parquet"), "--vehicle", str(tmp_path / "truck.toml")]) == 0
+    said = capsys.readouterr().out
+    assert "a rear axle steers, and the zero of its sensor is not given" in said and "truck stands" not in said
+
+
+def test_a_live_answer_has_the_findings_on_the_rear_axle_too() -> None:
+    drive, vehicle = counter_phase(), truck()
+    core = core_of(vehicle, RATE_HZ)
+    core.run({name: column for name, column in drive.columns.items() if name in _core.COLUMNS})
+    assert texts_of(answer_so_far(core.answer(), drive, vehicle, params_of(vehicle, None), Gaps(0.0, 0.0)))
 
 
 def test_no_tick_publishes_a_combined_offset_as_that_of_the_angle_sensor() -> None:

@@ -91,7 +91,7 @@ SIGNALS: dict[str, Signal] = {
         Signal("steering_assist_active", PURE_NUMBER, "", "1 while a motor steers, as for lane keeping, else 0"),
         Signal("reverse", PURE_NUMBER, "", "1 while the truck drives backward, or is in reverse gear, else 0"),
         Signal("axle_lifted", PURE_NUMBER, "", "1 while the axle that can be lifted is up, else 0"),
-        Signal("rear_axle_angle", ANGLE, "", "road wheels of a steered rear axle, left positive; not used yet"),
+        Signal("rear_axle_angle", ANGLE, "", "road wheels of a steered rear axle (`rear_axle_steers`), left positive"),
         Signal("steering_wheel_angle_sensor_type", PURE_NUMBER, "", "SPN 1812: 0 relative, 1 absolute"),
         Signal("latitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),
         Signal("longitude", Quantity("deg", {"deg": 1.0}), "", "WGS 84"),

@@ -609,6 +609,8 @@ def _required(key: str, error: ErrorDetails) -> str:
         if key.startswith("signals."):
             return 'must be a table such as { name = "SteerAng", unit = "deg", sign = -1 }'
         return f"must be a table, [{key}]"
+    if error["type"] in ("tuple_type", "too_short") and key.endswith(".true_when"):
+        return "must be a list of values, such as [1, 2]"
     if error["type"] == "string_type":
         return "must be text in quotes"
     return error["msg"].replace("Input should be", "must be")

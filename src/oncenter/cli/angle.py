@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _SHARE_MIN = 0.01  # of a drive; a smaller share is not printed as a number
 _WITHIN_MAX_DEG = 90.0  # a wider interval says nothing about the angle
 _NOT_OBSERVABLE = "angle not observable: the truck stands, or its motion signals are missing"
+_REAR_AXLE_STEERS = "angle not observable: a rear axle steers, and the zero of its sensor is not given"
 
 
 Log = Annotated[Path, typer.Argument(metavar="LOG", readable=False, help=f"A log: {' '.join(SUFFIXES)}")]
@@ -72,6 +73,8 @@ def angle(
     from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.files.own_file import metadata
     from oncenter.files.whole_file import check_place, whole_file
+    from oncenter.offset.inputs import params_of
+    from oncenter.offset.rear_axle import is_combined
     from oncenter.report import check_report, report_angle
 
     if output is not None and output.suffix not in (".parquet", ".csv"):
@@ -100,9 +103,10 @@ def angle(
             progress=progress,
         )
     notes = notes_on(drive, truck, taught, sensor_lost_at)
+    why = _REAR_AXLE_STEERS if is_combined(params_of(truck, None)) else _NOT_OBSERVABLE
     findings = (*findings_on(drive, truck, taught), *left_out)
     typer.echo(
-        "\n".join([_in_words(table), *_asides(findings, notes)])
+        "\n".join([_in_words(table, why), *_asides(findings, notes)])
     )  # before the files, which a full disk may prevent
     if output is not None:
         with whole_file(output) as unfinished:
@@ -131,7 +135,7 @@ def _asides(findings: Sequence[Finding], notes: Sequence[str]) -> list[str]:
     return ["", *lines] if lines else []
 
 
-def _in_words(table: object) -> str:
+def _in_words(table: object, why: str = _NOT_OBSERVABLE) -> str:
     """The share and the accuracy of each status of the angle; then faults of the sensor."""
     import polars as pl
 
@@ -145,7 +149,7 @@ def _in_words(table: object) -> str:
         assert isinstance(sd, float)
         within_deg, share = 0.67 * sd / DEGREE, len(rows) / len(table)
         how_much = f"{share:.0%}" if share >= _SHARE_MIN else f"less than {_SHARE_MIN:.0%}"
-        how_well = f"half of it within {within_deg:.1f} deg" if within_deg < _WITHIN_MAX_DEG else _NOT_OBSERVABLE
+        how_well = f"half of it within {within_deg:.1f} deg" if within_deg < _WITHIN_MAX_DEG else why
         lines.append(f"{name}: {how_much} of the drive, {how_well}")
     begin_s = table["time_s"][0]
     faults = table.filter(pl.col("sensor_fault") != "none").group_by("sensor_fault", maintain_order=True).first()

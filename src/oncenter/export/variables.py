@@ -192,7 +192,12 @@ _INPUTS = (  # by the bits of oc_signals.valid: name, unit, description, default
     ("steering_assist_active", "1", "1 while a motor steers, as for lane keeping", False),
     ("reverse", "1", "1 while the truck drives backward or is in reverse gear", False),
     ("axle_lifted", "1", "1 while the axle that resists turning is lifted", False),
-    ("rear_axle_angle", "rad", "Road wheel angle of a steered rear axle, left positive; not used yet", False),
+    (
+        "rear_axle_angle",
+        "rad",
+        "Road wheel angle of a steered rear axle, left positive; used by rear_axle_weight_1",
+        False,
+    ),
 )
 
 

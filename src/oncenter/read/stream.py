@@ -30,6 +30,8 @@ LISTEN_LONGER_S = 5.0  # maximum extension for senders that start later
 LISTEN_AGAIN_S = 1.0  # until the next attempt if a needed signal is missing
 LISTENED_FRAMES_MAX = 50_000  # with signals; the oldest are dropped while needed signals are missing
 LATE_S = 0.1  # maximum delay of a frame behind one with a later stamp
+# In place of the message of a signal that no J1939 message has.
+_NO_HOME = "no J1939 message has it: name it in [signals], or delete rear_axle_steers from the vehicle file"
 
 # Slow signals that a live estimate does not use: not waited for, not given out.
 _LEFT_OUT = ("latitude", "longitude", "heading", "course", "lateral_speed")
@@ -163,7 +165,11 @@ class Stream:
         if not self.listening or not self._pgns_received:
             return ""
         found = {samples.signal for samples in self._candidates(joined(self._listened))}
-        lacking = [f"no {name.replace('_', ' ')} ({j1939.home(name)})" for name in self._needed if name not in found]
+        lacking = [
+            f"no {name.replace('_', ' ')} ({j1939.home(name) or _NO_HOME})"
+            for name in self._needed
+            if name not in found
+        ]
         received = sorted(self._pgns_received, key=lambda pgn: -self._pgns_received[pgn])[:8]
         groups = ", ".join(f"{pgn} {j1939.NAMES[pgn]}" if pgn in j1939.NAMES else str(pgn) for pgn in received)
         return f"{'; '.join(lacking)}; on the bus: PGN {groups}" if lacking else ""

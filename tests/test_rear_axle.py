@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import polars as pl
@@ -16,7 +17,11 @@ import oncenter as oc
 from oncenter import _core
 from oncenter.cli import run
 from oncenter.estimates.estimate import Estimate
+from oncenter.live.learner import Known
+from oncenter.live.snapshot import Snapshot
+from oncenter.live.words import still_missing
 from oncenter.offset.assemble import answer_so_far
+from oncenter.offset.compare import compared, offset_of
 from oncenter.offset.inputs import params_of
 from oncenter.offset.withheld import Gaps
 from oncenter.signals import DEGREE, Signals, Source
@@ -166,11 +171,20 @@ def test_an_angle_that_is_not_available_names_the_rear_axle_as_its_reason(
     assert "a rear axle steers, and the zero of its sensor is not given" in said and "truck stands" not in said
 
 
-def test_a_live_answer_has_the_findings_on_the_rear_axle_too() -> None:
+def test_a_live_answer_has_the_findings_on_the_rear_axle_and_asks_for_no_more_driving() -> None:
     drive, vehicle = counter_phase(), truck()
     core = core_of(vehicle, RATE_HZ)
     core.run({name: column for name, column in drive.columns.items() if name in _core.COLUMNS})
-    assert texts_of(answer_so_far(core.answer(), drive, vehicle, params_of(vehicle, None), Gaps(0.0, 0.0)))
+    answer = answer_so_far(core.answer(), drive, vehicle, params_of(vehicle, None), Gaps(0.0, 0.0))
+    assert texts_of(answer)
+    now = SimpleNamespace(phase="running", known=Known(answer, {}, 0.0), is_changing=False, verdict=None)
+    assert still_missing(cast("Snapshot", now), {}) == []  # more driving separates no sensors
+
+
+def test_a_comparison_of_combined_offsets_asks_for_the_zero_of_the_rear_axle_s_sensor() -> None:
+    before = offset_of(oc.offset(counter_phase(), truck()).to_dict(), "before.json")
+    action = compared(before, dataclasses.replace(before, log="after"), 2.0).action
+    assert "give rear_axle_zero_deg" in action and "Drive on" not in action
 
 
 def test_no_tick_publishes_a_combined_offset_as_that_of_the_angle_sensor() -> None:

@@ -119,7 +119,7 @@ def _lacking(now: Snapshot, params: Mapping[str, float]) -> Iterator[str]:
     offset = known.answer.offset
     if offset.status == "converging" and offset.ci95 is not None:
         yield LIVE["wide"]
-    elif offset.status == "unobservable":
+    elif offset.status == "unobservable" and known.answer.combined_offset is None:
         yield LIVE["steady_speed"]
     elif offset.status == "invalid":
         yield LIVE["without_fault"]

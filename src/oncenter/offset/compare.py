@@ -65,6 +65,7 @@ class Offset:
     start_s: float | None = None  # of the drive, since 1970
     duration_s: float | None = None
     own_by_priors_deg: tuple[tuple[float, float], ...] = ()
+    is_combined: bool = False  # a rear axle steers, and only the offset of both sensors together is identified
 
     def code(self, limit_deg: float) -> Code:
         """The verdict with that limit."""
@@ -130,6 +131,8 @@ class Comparison:
     def _more_driving(self) -> str:
         if self.after.code(self.limit_deg) in AT_FAULT:
             return "Correct the signal or the sensor of the drive after, then compare again."
+        if self.before.is_combined or self.after.is_combined:
+            return "A rear axle steers: give rear_axle_zero_deg in the vehicle file, then compare again."
         if self.after.status == "valid":
             return "Log another drive after the repair, and compare with both logs together."
         return "Drive on until both offsets are valid, then compare again."
@@ -298,6 +301,7 @@ def _offset(answer: Mapping[str, Any]) -> Offset:
             if each["prior"] in INSIDE_DRIVE
             for factor in ("halved", "doubled")
         ),
+        is_combined=offset["value"] is None and "combined_offset" in answer,
         is_fixed=not any(finding["code"] in _NOT_FIXED for finding in answer.get("findings", ())),
         start_s=None if start is None else datetime.fromisoformat(start).timestamp(),
         duration_s=duration if isinstance(duration := answer.get("time", {}).get("duration_s"), float) else None,

@@ -118,7 +118,7 @@ def test_a_truck_that_backs_up_slowly_accuses_no_sensor_though_the_bus_does_not_
 
 def backing_up(columns: Columns) -> Finding | None:
     drive = GridSignals(oc.from_dataframe(pl.DataFrame(columns)), None)
-    found: Finding | None = reversing(drive.seems_to_reverse, drive.step_s)
+    found: Finding | None = reversing(drive.seems_to_reverse, drive.step_s, drive.has("reverse"))
     return found
 
 
@@ -129,6 +129,8 @@ def test_a_truck_that_seems_to_back_up_is_said_with_its_time_unless_the_bus_says
     found = backing_up(columns)
     assert found is not None and found.value == pytest.approx(backward.sum() / RATE_HZ, abs=5.0)
     assert found.text.startswith(f"for {found.value:.0f} s, from 2.0 min on, the truck turns against its steering")
+    never = backing_up(columns | {"reverse": 0.0 * backward})
+    assert never is not None and "'reverse' does not say so: check its true_when" in never.text
 
 
 def test_a_reversed_sign_is_no_backing_up() -> None:

@@ -295,7 +295,7 @@ def _recording(drives: Sequence[Signals], names: Sequence[str], vehicle: Vehicle
     for drive in drives:
         of_log = f"{Path(drive.log).name}: " if len(drives) > 1 else ""
         grid = GridSignals(drive, vehicle)
-        reverses = reversing(grid.seems_to_reverse, grid.step_s)
+        reverses = reversing(grid.seems_to_reverse, grid.step_s, grid.has("reverse"))
         of_drive = [*values_left_out(drive, names), *recording_findings(drive, names), reverses]
         found += [replace(each, text=of_log + each.text) for each in of_drive if each is not None]
     return found

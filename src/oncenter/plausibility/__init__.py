@@ -46,7 +46,7 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
     verdicts: list[CheckResult] = [
         *values_left_out(signals, USEFUL),
         *recording_findings(signals, USEFUL),
-        reversing(drive.seems_to_reverse, drive.step_s),
+        reversing(drive.seems_to_reverse, drive.step_s, drive.has("reverse")),
         *presence.missing(drive),
         *presence.availability(drive),
         *presence.stuck(drive),

@@ -51,9 +51,7 @@ class GridSignals:
 
     @cached_property
     def seems_to_reverse(self) -> Steps:
-        """Never where the log says it."""
-        if np.isfinite(self.ticks("reverse")).any():
-            return np.zeros(len(self.speed), bool)
+        """Never while the log says it: `speed` has none of that time."""
         product = self.ratio_times_wheelbase_m()
         return seems_to_reverse(self.angle, self._means("yaw_rate"), self.speed, self.step_s, product)
 

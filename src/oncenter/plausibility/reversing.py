@@ -42,14 +42,19 @@ def seems_to_reverse(
 
 
 @finding("seems_to_reverse", "info", "s")
-def reversing(found: Kind, seems: Steps, step_s: float) -> Finding | None:
-    """Time in which the truck seems to reverse while its speed has no sign."""
+def reversing(found: Kind, seems: Steps, step_s: float, has_status: bool) -> Finding | None:
+    """Time in which the truck seems to reverse while its speed has no sign, and a status, if any, says forward."""
     if not seems.any():
         return None
     time_s, since_min = float(seems.sum()) * step_s, float(np.argmax(seems)) * step_s / 60.0
+    tell = (
+        "The signal 'reverse' does not say so: check its true_when in the [signals] table, and its sender"
+        if has_status
+        else "Record the signal 'reverse' to confirm it: the gear of ETC2 or the direction of TCO1"
+    )
     return found(
         f"for {time_s:.0f} s, from {since_min:.1f} min on, the truck turns against its steering wheel angle at low "
         "speed: it seems to reverse, and its speed has no sign. Signals are not compared in this time, and the offset "
-        "stays as it is. Record the signal 'reverse' to confirm it: the gear of ETC2 or the direction of TCO1",
+        f"stays as it is. {tell}",
         time_s,
     )

@@ -43,10 +43,11 @@ def test_every_key_of_the_vehicle_is_in_the_table_of_keys_and_no_other() -> None
     [
         ({"axle_layout": "4x2", "rear_axle_steers": "tag"}, "'tag' needs three axles, and 'axle_layout' is '4x2'"),
         ({"axle_layout": "6x2", "rear_axle_steers": "rear"}, "'rear' is of two axles, and 'axle_layout' is '6x2'"),
+        ({"set_up_for_crown": "yes"}, "'set_up_for_crown' must be true or false, without quotes, got 'yes'"),
         ({"rear_axle_zero_deg": 1.0, "rear_axle_zero_sd_deg": 0.1}, "'rear_axle_zero_deg' needs 'rear_axle_steers'"),
     ],
 )
-def test_a_steered_rear_axle_must_be_one_that_the_truck_has(given: dict[str, object], said: str) -> None:
+def test_an_axle_that_the_truck_cannot_have_is_refused_in_words(given: dict[str, object], said: str) -> None:
     with pytest.raises(oc.OncenterError, match=said):
         vehicle_from({**TRUCK, **given}, "truck.toml")
 

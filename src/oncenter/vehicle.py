@@ -611,6 +611,8 @@ def _required(key: str, error: ErrorDetails) -> str:
         return f"must be a table, [{key}]"
     if error["type"] in ("tuple_type", "too_short") and key.endswith(".true_when"):
         return "must be a list of values, such as [1, 2]"
+    if error["type"] in ("bool_type", "bool_parsing"):
+        return "must be true or false, without quotes"
     if error["type"] == "string_type":
         return "must be text in quotes"
     return error["msg"].replace("Input should be", "must be")

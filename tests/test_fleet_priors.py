@@ -167,13 +167,6 @@ def test_the_fleet_s_spread_of_pulls_is_also_that_of_an_axle_set_up_for_the_crow
     )
 
 
-def test_a_fleet_with_most_axles_set_up_for_the_crown_writes_a_file_that_is_read(tmp_path: Path) -> None:
-    text = "[priors]\ntrucks = 25\nset_up_probability_1 = 0.8\nset_up_probability_error_1 = 0.05\n"
-    (tmp_path / "fleet_priors.toml").write_text(text)
-    (tmp_path / "rigid.toml").write_text(TRUCK + '[priors]\nfrom = "fleet_priors.toml"\n')
-    assert params_of(oncenter.vehicle(tmp_path / "rigid.toml"), {})["set_up_probability_1"] == 0.5
-
-
 @pytest.mark.parametrize(
     ("table", "said"),
     [
@@ -188,23 +181,50 @@ def test_a_wrong_table_of_priors_is_refused_by_its_name(table: str, said: str, t
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("old", "new", "said"),
     [
-        (None, "fleet_priors.toml cannot be read"),
-        ("x = 1\n", "has no table [priors]"),
-        ("[priors]\ntrucks = 25\npull_sd_m_s2 = -1.0\n", "priors.pull_sd_m_s2 must be a number from 0 to 1, got -1.0"),
-        ("[priors]\npull_sd_m_s2 = 0.1\n", "priors.pull_sd_error_m_s2 must be a number from 0 to 1, got nothing"),
-        ("[priors]\ntrucks = nan\n", "priors.trucks must be a number"),
-        ("[priors]\npull_sd_ms2 = 0.1\n", "priors.pull_sd_ms2 is not a key; did you mean pull_sd_m_s2"),
+        ("oncenter/priors-1", "oncenter/priors-2", "schema must be 'oncenter/priors-1', got 'oncenter/priors-2'"),
+        ("[types.rigid]", "[types]\nrigid = 3\n[x]", "has no table [types.rigid]"),
+        ("pull_sd_m_s2 = 0.03", "pull_sd_m_s2 = -1.0", "rigid.pull_sd_m_s2 must be a number from 0 to 1, got -1.0"),
+        ("pull_sd_error_m_s2 = 0.004\n", "", "rigid.pull_sd_error_m_s2 must be a number from 0 to 1, got nothing"),
+        ("play_sd_deg = 1.5", "", "types.rigid.play_sd_deg must be a number from 0 to 15, got nothing"),
+        ("pull_sd_m_s2 =", "pul_sd_m_s2 =", "rigid.pul_sd_m_s2 is not a key of such a file; did you mean pull_sd"),
+        ("trucks = 25", "trucks = nan", "types.rigid.trucks must be a number"),
+        ("[priors]", "[priors", "is not TOML"),
     ],
 )
-def test_a_wrong_file_of_priors_is_refused_by_file_and_key(text: str | None, said: str, tmp_path: Path) -> None:
-    if text is not None:
-        (tmp_path / "fleet_priors.toml").write_text(text)
+def test_a_wrong_file_of_priors_is_refused_by_file_and_key(
+    old: str, new: str, said: str, written: Path, tmp_path: Path
+) -> None:
+    written.write_text(written.read_text().replace(old, new))
     (tmp_path / "rigid.toml").write_text(TRUCK + '[priors]\nfrom = "fleet_priors.toml"\n')
     with pytest.raises(OncenterError) as error:
         oncenter.vehicle(tmp_path / "rigid.toml")
     assert said in str(error.value) and "fleet_priors.toml" in str(error.value) and "\n" not in str(error.value)
+
+
+def test_a_truck_of_another_type_says_that_the_fleet_has_none_of_its_type(written: Path, tmp_path: Path) -> None:
+    (tmp_path / "tractor.toml").write_text(TRUCK + '[priors]\nfrom = "fleet_priors.toml"\n')
+    learned = oncenter.vehicle(tmp_path / "tractor.toml").learned
+    assert learned is not None and learned.source == "by 25 trucks of fleet_priors.toml, which has no type tractor"
+
+
+def test_most_axles_of_a_fleet_may_be_set_up_for_the_crown(written: Path, tmp_path: Path) -> None:
+    written.write_text(written.read_text().replace("set_up_probability_1 = 0.08", "set_up_probability_1 = 0.9"))
+    (tmp_path / "rigid.toml").write_text(TRUCK + '[priors]\nfrom = "fleet_priors.toml"\n')
+    assert params_of(oncenter.vehicle(tmp_path / "rigid.toml"), {})["set_up_probability_1"] == 0.5
+
+
+def test_pulls_that_do_not_spread_keep_a_prior(written: Path, tmp_path: Path) -> None:
+    written.write_text(written.read_text().replace("pull_sd_m_s2 = 0.03", "pull_sd_m_s2 = 0.0"))
+    (tmp_path / "rigid.toml").write_text(TRUCK + '[priors]\nfrom = "fleet_priors.toml"\n')
+    assert params_of(oncenter.vehicle(tmp_path / "rigid.toml"), {})["pull_sd_m_s2"] == 0.02
+
+
+def test_a_missing_file_of_priors_is_named(tmp_path: Path) -> None:
+    (tmp_path / "rigid.toml").write_text(TRUCK + '[priors]\nfrom = "fleet_priors.toml"\n')
+    with pytest.raises(OncenterError, match=r"fleet_priors.toml cannot be read"):
+        oncenter.vehicle(tmp_path / "rigid.toml")
 
 
 def test_drives_answered_by_learned_priors_do_not_teach_them_again(tmp_path: Path) -> None:

@@ -11,6 +11,8 @@ from test_estimate import steady_drive
 import oncenter as oc
 from oncenter import _core
 from oncenter.cli import run
+from oncenter.learned_priors import KEYS as KEYS_OF_PRIORS
+from oncenter.learned_priors import SCHEMA, error_key
 from oncenter.vehicle import Sensors, Vehicle, vehicle_from
 from oncenter.vehicle_file.proposals import Named, proposals
 from oncenter.vehicle_file.questions import answers
@@ -72,7 +74,9 @@ def test_a_new_file_has_every_key_and_each_example_is_valid(tmp_path: Path) -> N
 
     assert set(tomllib.loads(text)) == set(TRUCK)
     all_in_force = re.sub(r"^#(?=\S)", "", text, flags=re.MULTILINE)
-    (tmp_path / TABLES["priors"].example["from"]).write_text("[priors]\ntrucks = 20\n")
+    of_fleet = "".join(f"{key} = 0.1\n{error_key(key)} = 0.1\n" for key in KEYS_OF_PRIORS)
+    priors = f'schema = "{SCHEMA}"\n[priors]\ntrucks = 20\n{of_fleet}'
+    (tmp_path / TABLES["priors"].example["from"]).write_text(priors)
     truck = vehicle_from(tomllib.loads(all_in_force), "all.toml", tmp_path)
     assert truck.model_fields_set == set(Vehicle.model_fields)
 

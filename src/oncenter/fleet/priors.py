@@ -13,7 +13,7 @@ from oncenter.files.toml_text import entry
 from oncenter.files.whole_file import check_place, write_whole
 from oncenter.fleet.sql import result_of
 from oncenter.fleet.summaries import summary_of_row
-from oncenter.learned_priors import error_key
+from oncenter.learned_priors import SCHEMA, error_key
 from oncenter.signals import DEGREE
 from oncenter.truck.drives import Summary, together
 from oncenter.truck.population import TRUCKS_MIN, Learned, Population, population_of, trucks_of_several_loads
@@ -92,6 +92,8 @@ def _lines(found: Population, by_type: Mapping[str, Population]) -> Iterator[str
     yield f"# Priors that {trucks} trucks teach, by oncenter {_core.version()} on {today}: oncenter fleet priors."
     yield "# Each value has its standard error beside it. A vehicle file reads them by [priors] with from = this file."
     yield "# All trucks; a type below, the name of its vehicle file, replaces them."
+    yield entry("schema", SCHEMA)
+    yield ""
     yield "[priors]"
     yield from _table(found)
     for stem, own in by_type.items():

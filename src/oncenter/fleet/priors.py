@@ -68,10 +68,11 @@ def _learned(trucks: Sequence[Sequence[Summary]]) -> Population | None:
         return None
     priors = priors_of()
     several = trucks_of_several_loads(together(trucks), priors)
-    chosen = [drives for drives, has in zip(trucks, several, strict=True) if has][:_TRUCKS_MAX]
+    chosen = [drives for drives, has in zip(trucks, several, strict=True) if has]
     if len(chosen) < TRUCKS_MIN:
         return None
-    return population_of(together(chosen), priors, _core.default_params()["set_up_probability_1"])
+    some = chosen[:: 1 + (len(chosen) - 1) // _TRUCKS_MAX]  # of all depots, where names begin with theirs
+    return population_of(together(some), priors, _core.default_params()["set_up_probability_1"])
 
 
 def _values(found: Population) -> dict[str, tuple[Learned, float]]:

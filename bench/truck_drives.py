@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -39,15 +39,18 @@ STIFFER = (1.0, 1.35, 1.8)  # understeer gradient of a load relative to the ligh
 @dataclass(frozen=True)
 class Kind:
     """`loads` of each truck in turn (`shuffled`: in random order), the bump steer angle of each load's ride height (sd,
-    deg at the road wheels), the number of drives, and the sd of the pull (m/s^2)."""
+    deg at the road wheels), the number of drives, the sd of the pull (m/s^2), and what all trucks have in common."""
 
     loads: int = LOADS
     bump_steer_deg: float = 0.0
     drives: int = DRIVES
     shuffled: bool = False
     pull_sd_m_s2: float = 0.06
+    of_type: Mapping[str, float] = field(default_factory=dict)
 
 
+TYPE = {"wheelbase_m": 4.5, "steering_ratio": 20.0}
+PULL_SDS_M_S2 = (0.02, 0.05, 0.1)
 KINDS = {
     "three": Kind(),
     "one": Kind(loads=1),
@@ -57,7 +60,8 @@ KINDS = {
     "logs_one": Kind(loads=1, drives=12, pull_sd_m_s2=PULL_SD_M_S2),
     "logs_three_straight": Kind(drives=12, pull_sd_m_s2=0.0),
     "logs_one_straight": Kind(loads=1, drives=12, pull_sd_m_s2=0.0),
-}
+    "type_one": Kind(loads=1, of_type=TYPE),
+} | {f"type_{sd:g}": Kind(pull_sd_m_s2=sd, of_type=TYPE) for sd in PULL_SDS_M_S2}
 
 
 def truck_drives(kind: Kind, name: str, seed: int, folder: Path) -> Iterator[tuple[int, float, Drive]]:
@@ -66,6 +70,7 @@ def truck_drives(kind: Kind, name: str, seed: int, folder: Path) -> Iterator[tup
     fixed: dict[str, Any] = {
         key: OF_TRUCK.get(key, prior).draw(random) for key, (prior, _) in PRIORS.items() if key not in OF_DRIVE
     }
+    fixed |= kind.of_type
     fixed["pull_m_s2"] = float(random.normal(0.0, kind.pull_sd_m_s2))
     fixed["crown_percent"] = Normal(CROWN_OF_REGION.draw(random), CROWN_OF_REGION.sd)
     lightest = float(random.uniform(0.25, 0.45))

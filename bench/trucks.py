@@ -54,18 +54,20 @@ def records(kind: str, seed: int) -> list[Record]:
     with tempfile.TemporaryDirectory() as folder:
         for load, _, driven in truck_drives(KINDS[kind], kind, seed, Path(folder)):
             answer = oc.offset(driven.signals, driven.vehicle)
-            assert answer.summary is not None and answer.offset.ci95 is not None and answer.offset.value is not None
+            assert answer.summary is not None
+            low, high = answer.offset.ci95 or (None, None)
             found.append(
                 {
                     "kind": kind,
                     "seed": seed,
                     "load": load,
                     "target": float(driven.target_rad[-1]),
+                    "pull": driven.truth.unloading_acceleration_m_s2,
                     "pulled": driven.angle_per_m_s2 * driven.truth.unloading_acceleration_m_s2,
                     "status": answer.offset.status,
                     "single": answer.offset.value,
-                    "single_low": answer.offset.ci95[0],
-                    "single_high": answer.offset.ci95[1],
+                    "single_low": low,
+                    "single_high": high,
                     **{name: getattr(answer.summary, name) for name in MEMBERS},
                 }
             )
@@ -116,7 +118,8 @@ def fleet_of(table: pl.DataFrame, step: Numbers | None = None) -> Fleet:
 
     moved = np.zeros_like(column("offset")) if step is None else step
     values = {name: column(name) for name in MEMBERS}
-    values["offset"] = np.where(values["gradient"] < GRADIENT_MIN, np.nan, values["offset"] + moved)
+    unusable = np.isnan(column("single")) | (values["gradient"] < GRADIENT_MIN)
+    values["offset"] = np.where(unusable, np.nan, values["offset"] + moved)
     place = np.argsort(np.isnan(values["offset"]), axis=1, kind="stable")
     return Fleet(
         drives=Summaries(**{name: np.take_along_axis(value, place, axis=1) for name, value in values.items()}),
@@ -136,11 +139,11 @@ def offsets(kind: str, table: pl.DataFrame) -> Record:
     read, spread = np.abs(answer.offset - fleet.target - fleet.pulled), 1.96 * answer.spread_sd
     error = np.abs(answer.less_pull - fleet.target) / DEGREE
     half_width = 1.96 * answer.less_pull_sd / DEGREE
-    narrowest = np.argmin(fleet.single_half_width, axis=1)
+    narrowest = np.nanargmin(fleet.single_half_width, axis=1)
     rows = np.arange(len(error))
     of_narrowest = np.abs(fleet.single[rows, narrowest] - fleet.target) / DEGREE
     narrow = fleet.single_half_width[rows, narrowest] / DEGREE
-    single = np.median(fleet.single_half_width, axis=1) / DEGREE
+    single = np.nanmedian(fleet.single_half_width, axis=1) / DEGREE
     return {
         "kind": kind,
         "trucks": len(error),

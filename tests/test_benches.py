@@ -18,6 +18,7 @@ SMALL = {
     "effects": "--tuning --drives 1 --rows none,pull --jobs 1",
     "file_faults": "--smoke --jobs 1",
     "fleet": "FOLDER --smoke --part changes kill",
+    "fleet_priors": "FOLDER --smoke --jobs 1",
     "frozen_signals": "--smoke --jobs 1",
     "gyro_bias": "--seeds 1",
     "healthy": "--smoke --jobs 1",

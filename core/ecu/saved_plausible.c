@@ -82,6 +82,7 @@ static const member doubles[] = {
     {offsetof(oc_state, evidence.gyro_bias.still_blocks), 4, NOT_NEGATIVE, 1, 0}, /* to sd */
     {offsetof(oc_state, evidence.joint.bank_mean), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.joint.crown_bank), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.joint.crown_samples), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, learned.offset.value), 1, ESTIMATE, OC_LEARNED_ESTIMATES, ESTIMATES},
     {offsetof(oc_state, learned.offset.standard_deviation), 2, NOT_NEGATIVE, OC_LEARNED_ESTIMATES, ESTIMATES},
 };
@@ -111,12 +112,14 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.gyro_bias.past.covariance), OC_GYRO_BIAS_STATES, PLACE, 1, 0},
     {offsetof(oc_state, evidence.joint.along), 2, SECOND, 1, 0}, /* and across */
     {offsetof(oc_state, evidence.joint.removed), 2, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.joint.removed_samples), 2, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.joint.checked_s), 3, SUM, 1, 0}, /* to outlying_sum */
     {offsetof(oc_state, evidence.joint.second.used_s), 2, NOT_NEGATIVE, 1, 0}, /* and trial_s */
     {offsetof(oc_state, evidence.joint.second.second_s), 1, SECOND, 1, 0},
     {offsetof(oc_state, evidence.joint.second.reference), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.joint.second.memory_share), 1, SHARE, 1, 0},
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.unloading), 1, ACCELERATION, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].play.windup), 1, PLACE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.wind), OC_WINDS, ACCELERATION,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].target_mean), 1, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES},

@@ -171,7 +171,7 @@ def test_an_angle_that_is_not_available_names_the_rear_axle_as_its_reason(
     assert "a rear axle steers, and the zero of its sensor is not given" in said and "truck stands" not in said
 
 
-def test_a_live_answer_has_the_findings_on_the_rear_axle_and_asks_for_no_more_driving() -> None:
+def test_a_live_answer_has_the_findings_on_the_rear_axle_and_requires_no_more_driving() -> None:
     drive, vehicle = counter_phase(), truck()
     core = core_of(vehicle, RATE_HZ)
     core.run({name: column for name, column in drive.columns.items() if name in _core.COLUMNS})
@@ -181,7 +181,7 @@ def test_a_live_answer_has_the_findings_on_the_rear_axle_and_asks_for_no_more_dr
     assert still_missing(cast("Snapshot", now), {}) == []  # more driving separates no sensors
 
 
-def test_a_comparison_of_combined_offsets_asks_for_the_zero_of_the_rear_axle_s_sensor() -> None:
+def test_a_comparison_of_combined_offsets_needs_the_zero_of_the_rear_axle_s_sensor() -> None:
     before = offset_of(oc.offset(counter_phase(), truck()).to_dict(), "before.json")
     action = compared(before, dataclasses.replace(before, log="after"), 2.0).action
     assert "give rear_axle_zero_deg" in action and "Drive on" not in action

@@ -39,10 +39,11 @@ PROGRAM = ("oncenter_ecu_defaults", "oncenter_ecu_start", "oncenter_ecu_tick", "
            "oncenter_ecu_restore_piece")  # fmt: skip
 PLAIN = ("-std=c99", "-ffp-contract=off", "-mthumb", "-mfloat-abi=hard", "-ffunction-sections", "-fdata-sections")
 PLAIN_LINK = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,-e,oncenter_ecu_tick")
-# Files whose functions no tick calls, or only ticks with little other work: their speed does not matter.
+# Files whose functions no tick calls, or only ticks with little other work or of another method: speed does not matter.
 COLD = (
-    "answer", "change", "joint_verdict", "message", "names", "params", "past_bias", "save",
-    "saved_layout", "saved_plausible", "setup", "straight_ahead", "trouble", "understeer", "wheel_speed",
+    "answer", "assignment_verdict", "change", "joint_answer", "joint_verdict", "message", "names", "params",
+    "past_bias", "save", "saved_layout", "saved_plausible", "setup", "side_slip", "straight_ahead", "torque",
+    "trouble", "understeer", "wheel_speed",
 )  # fmt: skip
 
 

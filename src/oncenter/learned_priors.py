@@ -98,8 +98,7 @@ def _table(values: Mapping[str, Any], name: str, what: str) -> tuple[str, Mappin
 
 def _value(table: Mapping[str, Any], key: str, bounds: tuple[float, float], where: str) -> float:
     value, (low, high) = table.get(key), bounds
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    if not is_number or not low <= float(value) <= high:  # type: ignore[arg-type]
+    if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
         shown = "nothing" if value is None else repr(value)
         raise refusal(f"{where}.{key} must be a number from {low:g} to {high:g}, got {shown}", _CODE)
-    return float(value)  # type: ignore[arg-type]
+    return float(value)

@@ -1,4 +1,4 @@
-"""The shared library `liboncenter`: the sources of the C core and of the simulator, and their declarations for Python.
+"""The shared library `liboncenter`: the C core, the simulator, the filter over a truck's drives, and their declarations.
 
 The C headers that firmware includes are the only declarations: cffi reads them here, when the package is built. The
 package loads the library with the declarations that cffi wrote (ABI mode), so one library per platform serves every
@@ -15,10 +15,11 @@ from typing import Any
 import cffi
 
 ROOT = Path(__file__).parent
-CORE, SIMULATOR = Path("core"), Path("src/oncenter/simulate/native")  # within ROOT, where build backends run
+CORE = Path("core")  # within ROOT, where build backends run
+BESIDE_CORE = (Path("src/oncenter/simulate/native"), Path("src/oncenter/truck/native"))  # not for the truck
 CORE_HEADERS = ("monitor.h", "save.h", "message.h", "trouble.h")  # firmware includes these
-SIMULATOR_HEADERS = ("drive.h",)
-FOLDERS = [*sorted(folder.relative_to(ROOT) for folder in (ROOT / CORE).glob("*/")), SIMULATOR]
+HEADERS_BESIDE = ("drive.h", "truck_filter.h")
+FOLDERS = [*sorted(folder.relative_to(ROOT) for folder in (ROOT / CORE).glob("*/")), *BESIDE_CORE]
 INCLUDE_DIRS = list(map(str, FOLDERS))
 COMPILE_ARGS = ["-std=c99", "-O2", "-ffp-contract=off"]
 MSVC_ARGS = ["/std:c11", "/O2", "/fp:precise"]
@@ -65,7 +66,7 @@ def declared(headers: tuple[str, ...]) -> str:
     return "".join(_declarations(_found(header), seen) for header in headers)
 
 
-_ALL = declared(CORE_HEADERS + SIMULATOR_HEADERS)
+_ALL = declared(CORE_HEADERS + HEADERS_BESIDE)
 FUNCTIONS = _PROTOTYPE.findall(re.sub(r"/\*.*?\*/", "", _ALL, flags=re.DOTALL))  # the exports of the library
 
 ffi = cffi.FFI()
@@ -77,7 +78,8 @@ def write_sources(folder: Path) -> list[str]:
     """The C files to compile; the generated one is written to `folder`."""
     core = folder / "liboncenter.c"
     core.write_text("\n".join(_core_in_one()) + "\n", encoding="utf-8")
-    return [str(core), *(str(file.relative_to(ROOT)) for file in sorted((ROOT / SIMULATOR).glob("*.c")))]
+    beside = (file for folder in BESIDE_CORE for file in sorted((ROOT / folder).glob("*.c")))
+    return [str(core), *(str(file.relative_to(ROOT)) for file in beside)]
 
 
 def sources_read() -> list[str]:
@@ -89,7 +91,7 @@ def sources_read() -> list[str]:
 def _core_in_one() -> Iterator[str]:
     """One translation unit, so that any compiler can inline across files, as with link-time optimisation."""
     yield from (f'#include "{file.name}"' for file in sorted((ROOT / CORE).glob("*/*.c")))
-    yield from (f'#include "{header}"' for header in SIMULATOR_HEADERS)  # for the check of its structs
+    yield from (f'#include "{header}"' for header in HEADERS_BESIDE)  # for the check of its structs
     yield from _layout_checks()
 
 

@@ -64,9 +64,15 @@ SIGNAL_FAULTS: tuple[str, ...] = tuple(_text(lib.oc_signal_fault_name(k)) for k 
 FAULTS: tuple[str, ...] = tuple(_text(lib.oc_fault_name(k)) for k in range(lib.OC_FAULT_COUNT))
 IMAGE_FAULTS: tuple[str, ...] = tuple(_text(lib.oc_image_fault_name(k)) for k in range(lib.OC_IMAGE_FAULT_COUNT))
 ANGLE_SOURCES: tuple[str, ...] = tuple(_text(lib.oc_angle_source_name(k)) for k in range(lib.OC_SOURCE_COUNT))
-CHANGE_KINDS = tuple(
-    name.removeprefix("OC_CHANGE_").lower() for _, name in sorted(ffi.typeof("oc_change_kind").elements.items())
-)
+
+
+def _names(enum: str, prefix: str) -> tuple[str, ...]:
+    return tuple(name.removeprefix(prefix).lower() for _, name in sorted(ffi.typeof(enum).elements.items()))
+
+
+CHANGE_KINDS = _names("oc_change_kind", "OC_CHANGE_")
+TRUCK_CHANGES = _names("truck_change_kind", "TRUCK_CHANGE_")[:-1]  # the last one counts them
+TRUCK_ZEROS = _names("truck_zero", "TRUCK_ZERO_")[:-1]
 MESSAGE_PGN, MESSAGE_PARTS_PGN = int(lib.OC_MESSAGE_PGN), int(lib.OC_MESSAGE_PARTS_PGN)
 REASONS: dict[str, int] = {_text(lib.oc_reason_name(1 << k)): 1 << k for k in range(lib.OC_REASON_COUNT)}
 
@@ -90,6 +96,8 @@ def dtype_of(kind: Any) -> np.dtype[Any]:
 
 
 OUTPUT_DTYPE = dtype_of(ffi.typeof("oc_output"))
+TRUCK_DRIVE, TRUCK_PRIORS = dtype_of(ffi.typeof("truck_drive")), dtype_of(ffi.typeof("truck_priors"))
+TRUCK_HISTORIES = dtype_of(ffi.typeof("truck_histories"))
 _STATE_DTYPE = dtype_of(ffi.typeof("oc_state"))
 
 
@@ -239,6 +247,35 @@ def texts_of(codes: npt.NDArray[Any], text: Callable[[int], str]) -> npt.NDArray
     """The text of each code of a column, which has few different ones."""
     different, rows = np.unique(codes, return_inverse=True)
     return np.array([text(int(code)) for code in different], object)[rows]
+
+
+def truck_histories(drives: npt.NDArray[np.void], counts: Sequence[int], priors: npt.NDArray[np.void]) -> npt.NDArray[np.void]:
+    """The histories of trucks after all their drives (src/oncenter/truck/native/truck_filter.h).
+
+    Args:
+        drives: dtype TRUCK_DRIVE, of one truck after the other, in order of time.
+        counts: the number of drives of each truck.
+        priors: dtype TRUCK_PRIORS, shape (trucks,).
+
+    Returns: dtype TRUCK_HISTORIES, shape (trucks,).
+    """
+    assert drives.dtype == TRUCK_DRIVE and priors.dtype == TRUCK_PRIORS and len(priors) == len(counts)
+    assert sum(counts) == len(drives)
+    found = np.zeros(len(counts), TRUCK_HISTORIES)
+    first = ffi.from_buffer("truck_drive[]", drives)
+    of_truck = ffi.from_buffer("truck_priors[]", priors)
+    target = ffi.from_buffer("truck_histories[]", found, require_writable=True)
+    begin = 0
+    for k, count in enumerate(counts):
+        lib.truck_run(target + k, first + begin, count, of_truck + k)
+        begin += count
+    return found
+
+
+def quantile(weights: npt.NDArray[np.float64], means: npt.NDArray[np.float64], sds: npt.NDArray[np.float64], share: float) -> float:
+    """The value below which a mixture of normal densities has this share; the weights sum to 1."""
+    arrays = [np.ascontiguousarray(values, np.float64) for values in (weights, means, sds)]
+    return float(lib.truck_quantile(*(ffi.from_buffer("double[]", values) for values in arrays), len(weights), share))
 
 
 class Core:

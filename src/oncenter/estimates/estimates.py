@@ -14,7 +14,7 @@ from oncenter.estimates.correction import Correction
 from oncenter.estimates.estimate import Estimate
 from oncenter.findings import Finding, most_severe_first
 from oncenter.signals import DEGREE, Signals
-from oncenter.truck.drives import Summary
+from oncenter.truck.row import Row
 from oncenter.truck.zero import Zero
 from oncenter.vehicle import Vehicle
 
@@ -56,6 +56,8 @@ class Estimates:
     `zero` of the angle sensor: "fixed"; "relative", another at each start, as the sensor says or several drives show;
     "moves", changed several times or drifting.
 
+    `rows` are what each drive says of its truck alone, in order of time; of the joint method.
+
     `by_priors` is the offset by halved and doubled priors; of the joint method, where an answer has an offset.
 
     `next_driving` is the driving that would narrow this drive's part of the offset's interval, in words, the most
@@ -94,13 +96,13 @@ class Estimates:
     rejected_s: Mapping[str, float]
     findings: tuple[Finding, ...]
     drives: tuple[Signals, ...]
-    summary: Summary | None
     next_driving: tuple[str, ...] = ()
     zero: Zero = "fixed"
     pull: Pull | None = None
     combined_offset: Estimate | None = None
     rear_axle_offset: Estimate | None = None
     by_priors: tuple[ByPrior, ...] = ()
+    rows: tuple[Row, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "findings", most_severe_first(self.findings))

@@ -32,7 +32,6 @@ from oncenter.offset.withheld import Gaps, gaps_in, withheld_by_oncenter
 from oncenter.plausibility.signal_fault import has_signal_fault, signal_fault
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, SIGNALS, Signals
-from oncenter.truck.drives import summary_of
 from oncenter.truck.zero import Zero
 from oncenter.vehicle import Vehicle
 
@@ -109,7 +108,6 @@ def answer_of(
         rejected_s=rejected_s,
         findings=_findings(native, changes, drives, vehicle, method, params, gaps),
         drives=drives,
-        summary=summary_of(native, vehicle, params) if method == "joint" and native["used"] > 0.0 else None,
         next_driving=next_driving(native, params, vehicle) if method == "joint" else (),
         zero=_zero(native, changes, drives),
         pull=_given_pull(params, native["offset_parts"]["per_acceleration"]),

@@ -55,6 +55,7 @@ from oncenter.plausibility.signal_fault import SignalFault, finding_of, has_sign
 from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
+from oncenter.truck.row import Row, row_of
 from oncenter.vehicle import JOINT_DOES, UNKNOWN_TRUCK, Vehicle, core_of, core_params, require_truck, vehicle_of
 
 if TYPE_CHECKING:
@@ -183,6 +184,15 @@ class _Run(NamedTuple):
     logs: Sequence[Signals]
     core: _core.Core
 
+    def row(self, vehicle: Vehicle, params: Mapping[str, float]) -> Row:
+        """What the drive says of its truck."""
+        moved = [change for change in self.changes if change.size_rad is not None]
+        size = sum(change.size_rad or 0.0 for change in moved)
+        sd = math.hypot(*(change.sd_rad or 0.0 for change in moved))
+        begin_s = self.logs[0].begin_s
+        start_s = math.nan if begin_s is None else begin_s
+        return row_of(self.core, self.native, vehicle, params, start_s, (size, sd))
+
 
 class _Result(NamedTuple):
     """The core's answer, the logs that it is of, and the changes in them; of several drives also what only several can
@@ -212,32 +222,22 @@ def _result(
     left_out = tuple(_left_out(run.native, run.logs, vehicle) for run in runs if not any(run is each for each in fit))
     if len(fit) == 1:
         return _Result(*fit[0][:3], tuple(fit[0].logs), fit, left_out=left_out)
-    from oncenter.offset.several_logs import changes_of_all  # late: one log needs no model
+    from oncenter.offset.several_logs import Drive, changes_of_all, combined  # late: one log needs no model
 
-    together = _combined(fit, vehicle, params)
+    drives_of_truck = [Drive(run.row(vehicle, params), tuple(run.logs), run.native, run.changes) for run in fit]
+    together = combined(drives_of_truck, params)
     since = tuple(log for drive in together.drives for log in drive.logs)
     return _Result(together.native, changes_of_all(together), coarseness_of(since), since, fit, together, left_out)
 
 
-def _combined(runs: Sequence[_Run], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
-    from oncenter.offset.several_logs import Drive, combined  # late, as above
-
-    return combined(tuple(Drive(tuple(run.logs), run.native, run.changes) for run in runs), vehicle, params)
-
-
 def _offset_by(result: _Result, vehicle: Vehicle, params: Mapping[str, float]) -> OffsetBy | None:
     """The offset of this result by other priors: the same evidence, its equations solved anew."""
-    return offset_by(_wider(_native_by(result.runs, vehicle, params), result.layout_sd))
-
-
-def _native_by(runs: Sequence[_Run], vehicle: Vehicle, params: Mapping[str, float]) -> _core.OcAnswer:
-    """The oc_answer of these drives by other priors."""
-    solved = []
-    for run in runs:
-        other = core_of(vehicle, run.logs[0].rate_hz, params=params)
-        native = widened(run.core.answer_by(other), run.coarse, "joint", params)
-        solved.append(run._replace(native=native))
-    return solved[0].native if len(solved) == 1 else _combined(solved, vehicle, params).native
+    if result.together is not None and result.together.truck is not None:
+        return result.together.by(params, result.layout_sd)
+    one = result.runs[0] if result.together is None else max(result.runs, key=lambda run: run.native["used"])
+    other = core_of(vehicle, one.logs[0].rate_hz, params=params)
+    native = widened(one.core.answer_by(other), one.coarse, "joint", params)
+    return offset_by(_wider(native, result.layout_sd))
 
 
 def _left_out(native: _core.OcAnswer, logs: Sequence[Signals], vehicle: Vehicle) -> Finding:
@@ -283,7 +283,8 @@ def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[st
     found = coarse_recording_findings(native, result.coarse, method)
     answer = replace(answer, findings=(*result.left_out, *answer.findings, *found))
     if result.together is None:
-        return answer
+        return replace(answer, rows=tuple(run.row(vehicle, params) for run in result.runs)) if method == "joint" else answer
+    answer = replace(answer, rows=tuple(drive.row for drive in result.together.every))
     from oncenter.offset.several_logs import with_logs  # late, as above
 
     return with_logs(answer, result.together)

@@ -1,7 +1,6 @@
-"""Several logs of one truck: each drive is answered alone, and the truck's model (oncenter.truck) combines them.
+"""Several logs of one truck: each drive is a row of evidence, and the truck's model (oncenter.truck) combines them.
 
-Logs that continue each other are one drive. The combined answer is an oc_answer like that of one drive, so that the
-findings and words of one drive follow from it.
+The combined answer is an oc_answer like that of one drive, so that the findings and words of one drive follow from it.
 """
 
 from __future__ import annotations
@@ -9,11 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
 from oncenter import _core
+from oncenter.estimates.by_priors import OffsetBy
 from oncenter.estimates.cause import Pull
 from oncenter.estimates.changes import Change, kind_of_offset
 from oncenter.estimates.estimate import number
@@ -22,136 +21,97 @@ from oncenter.offset.answer import Answer
 from oncenter.offset.joint_findings import listed, zero_moves
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, Signals
-from oncenter.truck.drives import Summary, is_usable, summary_of, together
-from oncenter.truck.model import Trucks, learn
-from oncenter.truck.priors import Priors, priors_of
-from oncenter.vehicle import Vehicle
-
-_MODEL_FROM = 4  # drives: two on either side of a step that the model finds
-_STEP_SDS = 6.0  # of two valid drives: 2 of 2,064 neighbours of bench/trucks.py's months scatter by more
-_STEP_MIN_RAD = 1.0 * DEGREE
+from oncenter.truck import now
+from oncenter.truck.events import Event
+from oncenter.truck.now import Truck, truck_now
+from oncenter.truck.priors import priors_of
+from oncenter.truck.row import Row
 
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive: its logs, the core's answer on it, and the changes of the offset in it."""
+    """A drive: its row; of one that was answered now its logs, the core's answer on it, and the changes in it."""
 
-    logs: tuple[Signals, ...]
-    native: _core.OcAnswer
-    changes: tuple[Change, ...]
-
-
-@dataclass(frozen=True)
-class LogStep:
-    """The offset changed before drive `at`, by `size` with standard deviation `sd`, rad."""
-
-    at: int
-    size: float
-    sd: float
+    row: Row
+    logs: tuple[Signals, ...] = ()
+    native: _core.OcAnswer | None = None
+    changes: tuple[Change, ...] = ()
 
 
 @dataclass(frozen=True)
 class Together:
-    """The drives since the last change of the offset, the change before the first of them, and the truck's model of all
-    usable drives; None where there are fewer than two."""
+    """The drives since the last change of the offset, those before it, the change between them, and the truck after
+    all usable drives; None where there are fewer than two."""
 
     drives: tuple[Drive, ...]
     native: _core.OcAnswer
     before: tuple[Drive, ...]
-    step: LogStep | None
-    model: Trucks | None
+    step: now.Change | None
+    truck: Truck | None
+    every: tuple[Drive, ...] = ()
+    rows: tuple[Row, ...] = ()  # usable ones
+    events: tuple[Event, ...] = ()
+
+    def by(self, params: Mapping[str, float], layout_sd: float) -> OffsetBy:
+        """The offset of the truck by other priors; `layout_sd`, rad, by unknown axles."""
+        other = truck_now(self.rows, self.events, priors_of(params))
+        middle, half_width = 0.5 * sum(other.whole), 0.5 * (other.whole[1] - other.whole[0])
+        half_width = math.hypot(half_width, 1.96 * layout_sd)
+        return OffsetBy(other.offset, other.own, (middle - half_width, middle + half_width))
 
 
-def combined(drives: tuple[Drive, ...], vehicle: Vehicle, params: Mapping[str, float]) -> Together:
-    """All drives of a truck, in order of time, by the joint method."""
-    if any(is_relative(log) for log in drives[-1].logs):
-        return Together(drives[-1:], drives[-1].native, drives[:-1], None, None)
-    priors = priors_of(params)
-    summaries = [summary_of(drive.native, vehicle, params) for drive in drives]
-    usable = [k for k, drive in enumerate(drives) if is_usable(_status(drive), summaries[k].gradient)]
+def combined(drives: Sequence[Drive], params: Mapping[str, float], events: Sequence[Event] = ()) -> Together:
+    """All drives of a truck, in order of time, by the joint method; some of them were answered now."""
+    answered = tuple(drive for drive in drives if drive.native is not None)
+    last = answered[-1]
+    assert last.native is not None
+    if any(is_relative(log) for log in last.logs):
+        return Together((last,), last.native, tuple(drives[:-1]), None, None, answered)
+    usable = [k for k, drive in enumerate(drives) if drive.row.is_usable]
     if len(usable) < 2:
-        return _by_one(drives, usable)
-    changed = np.array([[any(map(_moved_offset, drives[k].changes)) for k in usable]])
-    valid = [k for k in usable if _status(drives[k]) == "valid"]
-    pairs = steps_between(summaries, usable, valid, priors)
-    for step in pairs:
-        changed[0, usable.index(step.at)] = True
-    model = learn(together([[summaries[k] for k in usable]]), priors, changed)
-    steps = [*pairs, *(LogStep(usable[step.at], step.size, step.sd) for step in model.steps)]
-    since = usable[model.since[0]] if model.since[0] else 0
-    used = [drives[k] for k in usable if k >= since]
+        together = _by_one(answered, [drive for drive in answered if drive.row.is_usable])
+        return replace(together, every=answered)
+    rows = tuple(drives[k].row for k in usable)
+    truck = truck_now(rows, events, priors_of(params))
+    since = usable[truck.since] if truck.since else 0
+    native = _as_one_drive(answered, [drives[k] for k in usable if k >= since], truck, params)
+    step = next((change for change in truck.changes if change.at == truck.since and change.kind != "play"), None)
     return Together(
-        drives=drives[since:],
-        native=_as_one_drive(drives[since:], used, model, params),
-        before=drives[:since],
-        step=next((step for step in steps if step.at == since), None) if model.zero[0] == "fixed" else None,
-        model=model,
+        drives=tuple(drives[since:]),
+        native=native,
+        before=tuple(drives[:since]),
+        step=step if truck.zero == "fixed" and truck.since else None,
+        truck=truck,
+        every=answered,
+        rows=rows,
+        events=tuple(events),
     )
 
 
-def _by_one(drives: tuple[Drive, ...], usable: Sequence[int]) -> Together:
+def _by_one(drives: Sequence[Drive], usable: Sequence[Drive]) -> Together:
     """Fewer than two drives have an offset: that of the one, else of the longest; with the time of all."""
-    one = usable[0] if usable else max(range(len(drives)), key=lambda k: drives[k].native["used"])
-    native = _with_times(drives[one].native.copy(), drives)
-    return Together(drives, native, (), None, None)
-
-
-def _status(drive: Drive) -> str:
-    return _core.status_of(drive.native["offset"])
-
-
-def _moved_offset(change: Change) -> bool:
-    return change.size_rad is not None and abs(change.size_rad) >= 1.96 * (change.sd_rad or 0.0)
-
-
-def steps_between(
-    summaries: Sequence[Summary], usable: Sequence[int], valid: Sequence[int], priors: Priors
-) -> list[LogStep]:
-    """The steps that the model cannot find by the drives after them: of few drives all, else that before the last."""
-    pairs = _by_pairs(summaries, valid, priors)
-    if len(usable) < _MODEL_FROM:
-        return pairs
-    return [step for step in pairs if step.at == usable[-1] and _is_new(step, usable, summaries)]
-
-
-def _by_pairs(summaries: Sequence[Summary], valid: Sequence[int], priors: Priors) -> list[LogStep]:
-    """Two or three drives do not separate a step from one wrong drive: valid neighbours are compared."""
-    steps = []
-    for k, later in pairwise(valid):
-        before, after = summaries[k], summaries[later]
-        size = after.offset - before.offset
-        by_load = after.ratio * (after.gradient - before.gradient) * priors.pull_sd_m_s2
-        sd = math.hypot(before.offset_sd, after.offset_sd, by_load, math.sqrt(2.0) * priors.offset_noise_sd_rad)
-        if _is_step(size, sd):
-            steps.append(LogStep(later, size, sd))
-    return steps
-
-
-def _is_step(size: float, sd: float) -> bool:
-    """Whether two neighbouring drives differ by more than drives with one offset do; rad."""
-    return abs(size) > max(_STEP_MIN_RAD, _STEP_SDS * sd)
-
-
-def _is_new(step: LogStep, usable: Sequence[int], summaries: Sequence[Summary]) -> bool:
-    """Whether the drive after the step differs as much from most of those before it: the one before may be wrong."""
-    before = float(np.median([summaries[k].offset for k in usable if k < step.at]))
-    return _is_step(summaries[step.at].offset - before, step.sd)
+    natives = [drive.native for drive in drives if drive.native is not None]
+    one = usable[0].native if usable else max(natives, key=lambda native: native["used"])
+    assert one is not None
+    return Together(tuple(drives), _with_times(one.copy(), natives), (), None, None)
 
 
 def _as_one_drive(
-    drives: Sequence[Drive], usable: Sequence[Drive], model: Trucks, params: Mapping[str, float]
+    answered: Sequence[Drive], usable: Sequence[Drive], truck: Truck, params: Mapping[str, float]
 ) -> _core.OcAnswer:
     """The oc_answer of the truck's last drive, with what all drives since the last change say of the truck."""
-    natives = [drive.native for drive in usable]
-    answer = _with_times(drives[-1].native.copy(), drives)
-    value, own_sd = float(model.offset[0]), float(model.spread_sd[0])
-    lean, whole_sd = float(model.less_pull[0]) - value, float(model.offset_sd[0])
+    every = [drive.native for drive in answered if drive.native is not None]
+    natives = [drive.native for drive in usable if drive.native is not None] or every[-1:]
+    answer = _with_times(every[-1].copy(), every)
+    own_sd = truck.own_sd
+    lean = 0.5 * (truck.whole[0] + truck.whole[1]) - truck.offset
+    whole_sd = max(math.hypot((truck.whole[1] - truck.whole[0]) / (2.0 * 1.96), lean), own_sd)
+    evidence = sum(drive.row.used_s for drive in usable)
     is_wide = 1.96 * own_sd > params["offset_drive_half_width_max_rad"]
-    evidence = sum(native["offset"]["evidence"] for native in natives)
-    enough = evidence >= params["joint_evidence_min_s"] and not is_wide
+    enough = evidence >= params["joint_evidence_min_s"] and truck.has_flanks and not is_wide
     status = "invalid" if _core.status_of(answer["offset"]) == "invalid" else "valid" if enough else "converging"
-    answer["offset"] = _estimate(value, whole_sd, evidence, status, lean)
-    answer["offset_temporary"] = value
+    answer["offset"] = _estimate(truck.offset, whole_sd, evidence, status, lean)
+    answer["offset_temporary"] = truck.offset
     answer["offset_parts"] = {
         "drive_sd": own_sd,
         "pull_sd": math.sqrt(max(whole_sd**2 - own_sd**2, 0.0)),
@@ -161,17 +121,18 @@ def _as_one_drive(
     }
     answer["understeer_gradient"] = _averaged([native["understeer_gradient"] for native in natives])
     answer["equivalent_wheelbase"] = _averaged([native["equivalent_wheelbase"] for native in natives])
-    play_status = _best_status([native["backlash"] for native in natives])
-    answer["backlash"] = _estimate(float(model.play[0]), float(model.play_sd[0]), evidence, play_status)
+    is_loose = 1.96 * truck.play_sd > params["offset_half_width_max_rad"]
+    answer["backlash"] = _estimate(
+        truck.play, truck.play_sd, evidence, "converging" if is_loose or not truck.has_flanks else "valid"
+    )
     neutral_status = _best_status([native["unloading_acceleration"] for native in natives])
     if params["use_accelerometer"]:
-        neutral = float(model.neutral[0]), float(model.neutral_sd[0])
-        answer["unloading_acceleration"] = _estimate(*neutral, evidence, neutral_status)
+        answer["unloading_acceleration"] = _estimate(truck.neutral, truck.neutral_sd, evidence, neutral_status)
     answer["unexplained"] = _mean(natives, lambda native: native["unexplained"])
     answer["offset_per_yaw_rate_bias"] = _mean(natives, lambda native: native["offset_per_yaw_rate_bias"])
-    answer["yaw_rate_bias"] = _last_known([drive.native["yaw_rate_bias"] for drive in drives])
+    answer["yaw_rate_bias"] = _last_known([native["yaw_rate_bias"] for native in every])
     answer["standstill_lateral_acceleration"] = _last_known(
-        [drive.native["standstill_lateral_acceleration"] for drive in drives]
+        [native["standstill_lateral_acceleration"] for native in every]
     )
     return answer
 
@@ -207,9 +168,8 @@ def _last_known(estimates: Sequence[_core.OcEstimate]) -> _core.OcEstimate:
     return next((each for each in reversed(estimates) if _core.status_of(each) != "unobservable"), estimates[-1])
 
 
-def _with_times(answer: _core.OcAnswer, drives: Sequence[Drive]) -> _core.OcAnswer:
+def _with_times(answer: _core.OcAnswer, natives: Sequence[_core.OcAnswer]) -> _core.OcAnswer:
     """With the seconds of all drives, and with the accelerometer of the drive in which it moved most."""
-    natives = [drive.native for drive in drives]
     banked = [native for native in natives if native["bank_time"] > 0.0]
     loaded_left_s = sum(native["loaded_left_s"] for native in natives)
     loaded_right_s = sum(native["loaded_right_s"] for native in natives)
@@ -261,22 +221,12 @@ def changes_of_all(together: Together) -> tuple[Change, ...]:
     return tuple(found)
 
 
-def with_zero(answer: Answer, model: Trucks) -> Answer:
-    """The answer with what the truck's drives say of the sensor's zero."""
-    zero, offsets = model.zero[0], model.offsets[0].tolist()
-    if zero == "fixed" or answer.zero != "fixed":
-        return answer
-    found = (_differs_at_starts if zero == "relative" else zero_moves)(offsets)
-    kept = (each for each in answer.findings if each.code != "steering_wheel_angle_offset")  # it says: calibrate
-    return replace(answer, zero=zero, findings=(found, *kept))
-
-
 def with_logs(answer: Answer, together: Together) -> Answer:
     """The answer on all drives with what only several can say: the change between two, their scatter, their zero."""
-    model, value = together.model, answer.offset.value
-    if model is None or value is None:
+    truck, value = together.truck, answer.offset.value
+    if truck is None or value is None:
         return answer
-    answer = replace(with_zero(answer, model), pull=_pull(model))
+    answer = replace(_with_zero(answer, truck), pull=Pull(truck.pull, truck.pull_sd, truck.pull_effect / DEGREE))
     if together.step is not None:
         later = next((c.offset_before_rad for c in answer.changes if c.kind != "bends"), value)
         change = _change(answer, later, together.step)
@@ -284,19 +234,22 @@ def with_logs(answer: Answer, together: Together) -> Answer:
         changed = (_offset_changed if change.kind == "offset" else _moved)(change, before)
         answer = replace(answer, changes=(change, *answer.changes), findings=(changed, *answer.findings))
     findings = [each for each in answer.findings if each.code != "interval"]
-    findings.append(_interval(model))
-    if model.load_would_help[0] and answer.zero == "fixed":
+    findings.append(_interval(truck))
+    if truck.load_would_help and answer.zero == "fixed":
         findings.append(_another_load())
     return replace(answer, findings=tuple(findings))
 
 
-def _pull(model: Trucks) -> Pull:
-    """The pull that the drives identify; its effect is what parts the offset from the one without it."""
-    effect_deg = abs(float(model.offset[0] - model.less_pull[0])) / DEGREE
-    return Pull(float(model.pull[0]), float(model.pull_sd[0]), effect_deg)
+def _with_zero(answer: Answer, truck: Truck) -> Answer:
+    """The answer with what the truck's drives say of the sensor's zero."""
+    if truck.zero == "fixed" or answer.zero != "fixed":
+        return answer
+    found = (_differs_at_starts if truck.zero == "relative" else zero_moves)(truck.offsets.tolist())
+    kept = (each for each in answer.findings if each.code != "steering_wheel_angle_offset")  # it says: calibrate
+    return replace(answer, zero=truck.zero, findings=(found, *kept))
 
 
-def _change(answer: Answer, offset: float, step: LogStep) -> Change:
+def _change(answer: Answer, offset: float, step: now.Change) -> Change:
     first = answer.drives[0]
     return Change(
         kind=kind_of_offset(step.size, step.sd),
@@ -347,14 +300,14 @@ def _differs_at_starts(found: Kind, offsets: Sequence[float]) -> Finding:
 
 
 @finding("interval", "info", "deg")
-def _interval(found: Kind, model: Trucks) -> Finding:
+def _interval(found: Kind, truck: Truck) -> Finding:
     """Several logs, whose model has an offset."""
-    own_sd, whole_sd = float(model.spread_sd[0]), float(model.offset_sd[0])
+    own_sd, whole_sd = truck.own_sd, (truck.whole[1] - truck.whole[0]) / (2.0 * 1.96)
     by_pull = math.sqrt(max(whole_sd**2 - own_sd**2, 0.0))
     whole, own, pull = (number(1.96 * each, 1 if each > 0.05 * DEGREE else 2) for each in (whole_sd, own_sd, by_pull))
     return found(
         f"uncertainty ±{whole} deg: ±{own} deg from the scatter of these logs, ±{pull} deg from a pull, which they"
-        f" identify as {float(model.pull[0]):+.2f} ±{1.96 * float(model.pull_sd[0]):.2f} m/s^2",
+        f" identify as {truck.pull:+.2f} ±{1.96 * truck.pull_sd:.2f} m/s^2",
         1.96 * whole_sd / DEGREE,
     )
 

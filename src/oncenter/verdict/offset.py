@@ -8,7 +8,7 @@ from oncenter.estimates.estimate import Estimate
 from oncenter.estimates.estimates import Estimates
 from oncenter.findings import capitalised
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import GRADIENT_MIN
+from oncenter.truck.row import GRADIENT_MIN
 from oncenter.verdict.accused import accused, errors_of_signals, finding_of, only_stuck, with_source
 from oncenter.verdict.decision import Case, at_fault, decide, is_whole_turns, standing
 from oncenter.verdict.left_out import first_loss, is_angle_lost_in_file

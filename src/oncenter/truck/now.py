@@ -1,0 +1,330 @@
+"""A truck now: one function of its rows, of what a person stated, and of priors.
+
+The filter (native/truck_filter.c) gives histories: what changed between which drives, and the truck's state given that.
+Here they become the offset with its interval, the changes with their dates, and the kind of the sensor's zero.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+import numpy.typing as npt
+
+from oncenter import _core
+from oncenter.signals import DEGREE
+from oncenter.truck.evidence import Numbers
+from oncenter.truck.events import Event
+from oncenter.truck.loads import loads_of
+from oncenter.truck.priors import Priors
+from oncenter.truck.row import Row
+from oncenter.truck.zero import Zero
+from oncenter.tuned import TUNED
+
+OFFSET, PLAY, BIAS, PULL, CROWN, STEER, STEER_BENT = range(7)
+_DAY_S = 86400.0
+_DAYS_UNKNOWN = 1.0  # between two drives without dates
+_STATED = {"calibrated": "offset", "repaired": "both", "changed": "alignment"}
+_FOUND_SHARE = 0.9  # of the changes that the core finds within a drive, and that happened
+_ANYWHERE_INFORMATION = 1e-3  # 1/rad^2, against a division by zero
+_PROBABLE = 0.5  # a change that is reported
+_SURE = 0.9  # a zero that is not fixed
+_ZERO_DRIVES_MIN = 4
+_PULL_IDENTIFIED = (0.5, 0.8)  # share of the pull's prior variance: below none of the pull is subtracted, above all
+
+
+@dataclass(frozen=True)
+class Change:
+    """The offset (or the play) changed before drive `at`; rad."""
+
+    at: int
+    kind: str  # of _core.TRUCK_CHANGES
+    before: float
+    after: float
+    size: float
+    sd: float
+    probability: float
+
+
+@dataclass(frozen=True)
+class Truck:
+    """A truck after its last drive; SI and rad.
+
+    `offset` is less the pull as far as the drives identify it, with the interval `own` from the driving and `whole`
+    with what the drives do not identify. `since` is the first drive of the present offset, `play_since` of the present
+    play. `is_ambiguous`: the interval holds two values, and a further drive decides.
+    `offsets` are those of each drive, given the other estimates of the truck.
+    """
+
+    offset: float
+    own: tuple[float, float]
+    whole: tuple[float, float]
+    accelerometer_bias: float
+    accelerometer_bias_sd: float
+    pull: float
+    pull_sd: float
+    pull_effect: float
+    play: float
+    play_sd: float
+    neutral: float
+    neutral_sd: float
+    load_would_help: bool
+    changes: tuple[Change, ...]
+    since: int
+    play_since: int
+    zero: Zero
+    has_flanks: bool
+    is_ambiguous: bool
+    offsets: Numbers
+    offset_sds: Numbers
+    log_likelihood: float
+
+    @property
+    def own_sd(self) -> float:
+        return (self.own[1] - self.own[0]) / (2.0 * 1.96)
+
+
+def trucks_now(
+    trucks: Sequence[Sequence[Row]], priors: Sequence[Priors], events: Sequence[Sequence[Event]] = ()
+) -> list[Truck]:
+    """The trucks after their usable drives, in order of time; each has one. The result of a truck does not depend on
+    the others."""
+    stated = events or [()] * len(trucks)
+    tables = [_table(rows, prior, said) for rows, prior, said in zip(trucks, priors, stated, strict=True)]
+    of_trucks = np.array([_priors(prior, rows[0]) for rows, prior in zip(trucks, priors, strict=True)], _core.TRUCK_PRIORS)
+    found = _core.truck_histories(np.concatenate(tables), [len(rows) for rows in trucks], of_trucks)
+    return [
+        _truck(histories, table, rows, prior)
+        for histories, table, rows, prior in zip(found, tables, trucks, priors, strict=True)
+    ]
+
+
+def truck_now(rows: Sequence[Row], events: Sequence[Event], priors: Priors) -> Truck:
+    """A truck after its usable drives, in order of time, at least one.
+
+    Args:
+        events: what a person stated, see `oncenter.truck.events`.
+    """
+    return trucks_now([rows], [priors], [events])[0]
+
+
+def _table(rows: Sequence[Row], priors: Priors, events: Sequence[Event]) -> npt.NDArray[np.void]:
+    table = np.zeros(len(rows), _core.TRUCK_DRIVE)
+    loads = loads_of(np.array([row.gradient for row in rows]), np.array([row.gradient_sd for row in rows]), priors)
+    ratio = np.array([row.ratio for row in rows])
+    side = np.array([row.side for row in rows])
+    measured = np.array([row.measured for row in rows])
+    rigid = 1.0 - priors.compliance_share_1
+    table["per_pull"] = ratio * (loads.mean + rigid * (loads.gradient - loads.mean))
+    table["per_crown"] = np.where(measured, 0.0, -side * ratio * loads.gradient)
+    table["load"] = loads.load
+    table["load_bent"] = loads.load**2 - np.mean(loads.load**2)
+    table["noise"][:, 0] = priors.offset_noise_sd_rad**2 + (ratio * priors.pull_sd_m_s2) ** 2 * loads.variance
+    table["noise"][:, 1] = priors.play_noise_sd_rad**2
+    table["noise"][:, 2] = priors.wind_sd_m_s2**2
+    start = np.array([row.start_s for row in rows])
+    days = np.diff(start, prepend=start[:1]) / _DAY_S
+    table["days"] = np.where(np.isfinite(days), np.maximum(days, 0.0), _DAYS_UNKNOWN)
+    table["modes"] = [len(row.modes) for row in rows]
+    modes = table["mode"]
+    for place, row in enumerate(rows):
+        count = len(row.modes)
+        modes["log_weight"][place, :count] = row.modes[:, 0]
+        modes["information"][place, :count] = row.modes[:, 1:7]
+        modes["vector"][place, :count] = row.modes[:, 7:]
+    table["wrong"] = [priors.wrong_valid if row.status == "valid" else priors.wrong_other for row in rows]
+    along = np.where(side == 0.0, 1.0, side)
+    share = priors.standing_crown_share_1
+    for name, of_crown, values, variance in (
+        ("driving", 1.0, [row.bank for row in rows], priors.road_sd_m_s2**2 + np.array([row.bank_variance for row in rows])),
+        ("standing", share, [row.standing for row in rows], np.full(len(rows), priors.standing_slope_sd_m_s2**2)),
+    ):
+        has = np.isfinite(values)
+        bank = table[name]
+        bank["value"] = np.where(has, np.array(values) - of_crown * side * priors.crown_m_s2, 0.0)
+        bank["variance"] = np.where(has, variance, 0.0)
+        bank["per_crown"] = of_crown * along
+    for place, row in enumerate(rows):
+        if row.moved_sd > 0.0:
+            _state(table[place], "offset", _FOUND_SHARE, row.moved, row.moved_sd)
+    for event in events:
+        place = int(np.searchsorted(start, event.time_s))
+        if 0 < place < len(rows):
+            by, by_sd = (0.0, 0.0) if event.by_rad is None else (event.by_rad, priors.stated_sd_rad)
+            _state(table[place], _STATED[event.kind], 1.0, by, by_sd)
+    return table
+
+
+def _state(drive: Any, change: str, share: float, by: float, by_sd: float) -> None:
+    drive["stated"], drive["stated_share"] = _core.TRUCK_CHANGES.index(change), share
+    drive["stated_by"], drive["stated_by_sd"] = by, by_sd
+
+
+def _priors(priors: Priors, first: Row) -> npt.NDArray[np.void]:
+    one = np.zeros((), _core.TRUCK_PRIORS)
+    unknown_side = 0.0 if first.side else priors.crown_m_s2
+    one["mean"][[PLAY, BIAS, PULL]] = priors.play_mean_rad, priors.accelerometer_bias_m_s2, priors.pull_m_s2
+    one["variance"] = (
+        np.array(
+            [
+                priors.offset_sd_rad,
+                priors.play_sd_rad,
+                priors.accelerometer_bias_sd_m_s2,
+                priors.pull_sd_m_s2,
+                math.hypot(priors.region_sd_m_s2, unknown_side),
+                0.0,
+                0.0,
+            ]
+        )
+        ** 2
+    )
+    one["at_ignition"][BIAS] = priors.bias_wander_sd_m_s2**2
+    one["per_day"][[PLAY, BIAS, PULL]] = priors.play_day_sd_rad**2, priors.bias_day_sd_m_s2**2, priors.pull_day_sd_m_s2**2
+    one["changes_per_day"] = priors.changes_per_day
+    one["new_variance"] = priors.new_offset_sd_rad**2
+    little, much = np.square(np.array(priors.load_steer_sds_rad) * first.ratio)
+    usual, wide = priors.pull_sd_m_s2**2 * np.array([1.0, priors.wide_pull**2])
+    tail = priors.wide_pull_probability
+    of_little, of_much = priors.load_steer_weights
+    one["variant_probability"] = (1.0 - tail) * of_little, (1.0 - tail) * of_much, tail
+    one["variant_steer"], one["variant_pull"] = (little, much, little), (usual, usual, wide)
+    one["zero_probability"] = priors.zero_probabilities
+    one["moves_variance"], one["relative_variance"] = priors.moves_sd_rad**2, priors.relative_sd_rad**2
+    return one
+
+
+def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors: Priors) -> Truck:
+    histories = found["history"][: found["count"]]
+    weights = np.exp(histories["log_weight"])
+    weights /= weights.sum()
+    means, covariances = histories["mean"], histories["covariance"].reshape(-1, 7, 7)
+    pull, pull_variance = _mixed(weights, means[:, PULL], covariances[:, PULL, PULL])
+    low, high = _PULL_IDENTIFIED
+    identified = min(max((1.0 - pull_variance / priors.pull_sd_m_s2**2 - low) / (high - low), 0.0), 1.0)
+    own_mean, own_variance = _given_pull(means, covariances, priors.pull_m_s2, identified)
+    common = priors.offset_common_sd_rad**2
+    own = _interval(weights, own_mean, np.sqrt(own_variance + common))
+    whole = _interval(weights, means[:, OFFSET], np.sqrt(covariances[:, OFFSET, OFFSET] + common))
+    offset = 0.5 * (own[0] + own[1])
+    bias, bias_variance = _mixed(weights, means[:, BIAS], covariances[:, BIAS, BIAS])
+    play, play_variance = _mixed(weights, means[:, PLAY], covariances[:, PLAY, PLAY])
+    row = np.zeros(7)
+    row[[BIAS, PULL]] = 1.0
+    neutral, neutral_variance = _mixed(weights, means @ row, np.einsum("i,nij,j->n", row, covariances, row))
+    best = histories[int(np.argmax(weights))]
+    offsets, offset_sds = _of_drives(table, (play, play_variance), (neutral, neutral_variance))
+    zero = _zero(weights, histories, len(rows))
+    changes = tuple(_changes(weights, histories, best))
+    loads = loads_of(np.array([r.gradient for r in rows]), np.array([r.gradient_sd for r in rows]), priors)
+    since, play_since = (_since(weights, histories[name]) for name in ("offset_since", "play_since"))
+    flank_s = TUNED["joint_answer.flank_s"]
+    recent = rows[play_since:]
+    return Truck(
+        offset=offset,
+        own=own,
+        whole=whole,
+        accelerometer_bias=bias,
+        accelerometer_bias_sd=math.sqrt(bias_variance),
+        pull=pull,
+        pull_sd=math.sqrt(pull_variance),
+        pull_effect=abs(float(np.mean(table["per_pull"])) * pull),
+        play=play,
+        play_sd=math.sqrt(play_variance),
+        neutral=neutral,
+        neutral_sd=math.sqrt(neutral_variance),
+        load_would_help=loads.differ_by() < LOADS_DIFFER,
+        changes=changes,
+        since=since,
+        play_since=play_since,
+        zero=zero,
+        has_flanks=min(sum(r.left_s for r in recent), sum(r.right_s for r in recent)) >= flank_s,
+        is_ambiguous=bool(own[1] - own[0] > 4.0 * 1.96 * math.sqrt(float(np.min(own_variance)) + common)),
+        offsets=offsets,
+        offset_sds=offset_sds,
+        log_likelihood=float(found["log_likelihood"]),
+    )
+
+
+LOADS_DIFFER = 0.2  # of the largest gradient above the smallest: tuned, twice the scatter of one load
+
+
+def _given_pull(means: Numbers, covariances: Numbers, prior_mean: float, identified: float) -> tuple[Numbers, Numbers]:
+    """The offset's mean and variance from the driving, of each history: of the pull only the identified share counts."""
+    per_pull = covariances[:, OFFSET, PULL] / covariances[:, PULL, PULL]
+    mean = means[:, OFFSET] + (1.0 - identified) * per_pull * (prior_mean - means[:, PULL])
+    rest = covariances[:, OFFSET, OFFSET] - (1.0 - identified**2) * per_pull**2 * covariances[:, PULL, PULL]
+    return mean, np.maximum(rest, 0.0)
+
+
+def _mixed(weights: Numbers, means: Numbers, variances: Numbers) -> tuple[float, float]:
+    mean = float(weights @ means)
+    return mean, float(weights @ (variances + (means - mean) ** 2))
+
+
+def _interval(weights: Numbers, means: Numbers, sds: Numbers) -> tuple[float, float]:
+    """The 95 % interval of a mixture of normal densities, with 2.5 % on either side."""
+    return _core.quantile(weights, means, sds, 0.025), _core.quantile(weights, means, sds, 0.975)
+
+
+_FULL = np.array([[0, 1, 3], [1, 2, 4], [3, 4, 5]])  # of a lower triangle by rows
+
+
+def _of_drives(
+    table: npt.NDArray[np.void], play: tuple[float, float], neutral: tuple[float, float]
+) -> tuple[Numbers, Numbers]:
+    """The offset of each drive and its standard deviation, given the play and the neutral acceleration of the truck."""
+    modes = table["mode"]
+    information, vector = modes["information"][..., _FULL], modes["vector"].copy()
+    information[..., 0, 0] += _ANYWHERE_INFORMATION
+    for place, (value, variance) in ((1, play), (2, neutral)):
+        own = 1.0 / (variance + table["noise"][:, place, None])
+        information[..., place, place] += own
+        vector[..., place] += own * value
+    covariance = np.linalg.inv(information)
+    mean = np.einsum("dmij,dmj->dmi", covariance, vector)
+    level = modes["log_weight"] + 0.5 * np.einsum("dmi,dmi->dm", mean, vector) + 0.5 * np.linalg.slogdet(covariance)[1]
+    level = np.where(np.arange(level.shape[1]) < table["modes"][:, None], level, -np.inf)
+    weight = np.exp(level - level.max(axis=1, keepdims=True))
+    weight /= weight.sum(axis=1, keepdims=True)
+    offset = np.sum(weight * mean[..., 0], axis=1)
+    variance = np.sum(weight * (covariance[..., 0, 0] + (mean[..., 0] - offset[:, None]) ** 2), axis=1)
+    return offset, np.sqrt(variance + table["noise"][:, 0])
+
+
+def _since(weights: Numbers, firsts: Numbers) -> int:
+    """The most probable first drive."""
+    total: dict[int, float] = {}
+    for weight, first in zip(weights.tolist(), firsts.tolist(), strict=True):
+        total[first] = total.get(first, 0.0) + weight
+    return max(total, key=lambda first: total[first])
+
+
+def _zero(weights: Numbers, histories: npt.NDArray[np.void], drives: int) -> Zero:
+    for code, name in enumerate(_core.TRUCK_ZEROS):
+        if name != "fixed" and drives >= _ZERO_DRIVES_MIN and float(weights[histories["zero"] == code].sum()) > _SURE:
+            return cast(Zero, name)
+    return "fixed"
+
+
+def _changes(weights: Numbers, histories: npt.NDArray[np.void], best: Any) -> list[Change]:
+    """Those of the most probable history that most histories share, with the values before and after."""
+    drives, kinds = histories["change"]["drive"], histories["change"]["kind"]
+    there = np.arange(drives.shape[1]) < histories["changes"][:, None]
+    play = _core.TRUCK_CHANGES.index("play")
+    after = {False: (best["mean"][OFFSET], best["covariance"][0]), True: (best["mean"][PLAY], best["covariance"][8])}
+    found: list[Change] = []
+    for drive, kind, *before in best["change"][: best["changes"]][::-1].tolist():
+        of_play = kind == play
+        same = there & (drives == drive) & ((kinds == play) == of_play)
+        probability = float(weights @ same.any(axis=1))
+        was, was_variance = before[2:] if of_play else before[:2]
+        value, variance = after[of_play]
+        if probability > _PROBABLE:
+            sd = math.sqrt(variance + was_variance)
+            name = _core.TRUCK_CHANGES[kind]
+            found.insert(0, Change(drive, name, was, float(value), float(value - was), sd, probability))
+            after[of_play] = was, was_variance
+    return found

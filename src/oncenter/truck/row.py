@@ -11,7 +11,7 @@ import numpy as np
 
 from oncenter import _core
 from oncenter.signals import DEGREE
-from oncenter.truck.evidence import Numbers, modes_of
+from oncenter.truck.evidence import MODES, Numbers, modes_of
 from oncenter.tuned import TUNED
 from oncenter.vehicle import Vehicle
 
@@ -103,3 +103,19 @@ def _variance_beside(state: Any, core: _core.Core, native: _core.OcAnswer, param
     by_leak = c["ratio_times_wheelbase"] / joint["speed_mean"] * TUNED["joint_verdict.leak_bias"] if leaks else 0.0
     by_rear = c["ratio_times_rear_weight"] * params["known_rear_axle_zero_sd_rad"]
     return max(by_recording, 0.0) + by_flank**2 + float(by_leak) ** 2 + by_rear**2
+
+
+def modes_as_text(modes: Numbers) -> str:
+    """The evidence as numbers with spaces between, for a file."""
+    return " ".join(f"{number:.9g}" for number in modes.ravel())
+
+
+def modes_in(text: str) -> Numbers:
+    """
+    Raises:
+        ValueError: the text holds no evidence.
+    """
+    modes = np.array(text.split(), np.float64).reshape(-1, 10)
+    if len(modes) > MODES or not np.all(np.isfinite(modes)):
+        raise ValueError(f"evidence has at most {MODES} modes of 10 finite numbers")
+    return modes

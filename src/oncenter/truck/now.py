@@ -217,7 +217,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     best = histories[int(np.argmax(weights))]
     offsets, offset_sds = _of_drives(table, (play, play_variance), (neutral, neutral_variance))
     zero = _zero(weights, histories, len(rows))
-    changes = tuple(_changes(weights, histories, best))
+    changes = tuple(_changes(weights, histories, best, priors))
     loads = loads_of(np.array([r.gradient for r in rows]), np.array([r.gradient_sd for r in rows]), priors)
     since, play_since = (_since(weights, histories[name]) for name in ("offset_since", "play_since"))
     flank_s = TUNED["joint_answer.flank_s"]
@@ -309,12 +309,13 @@ def _zero(weights: Numbers, histories: npt.NDArray[np.void], drives: int) -> Zer
     return "fixed"
 
 
-def _changes(weights: Numbers, histories: npt.NDArray[np.void], best: Any) -> list[Change]:
+def _changes(weights: Numbers, histories: npt.NDArray[np.void], best: Any, priors: Priors) -> list[Change]:
     """Those of the most probable history that most histories share, with the values before and after."""
     drives, kinds = histories["change"]["drive"], histories["change"]["kind"]
     there = np.arange(drives.shape[1]) < histories["changes"][:, None]
     play = _core.TRUCK_CHANGES.index("play")
-    after = {False: (best["mean"][OFFSET], best["covariance"][0]), True: (best["mean"][PLAY], best["covariance"][8])}
+    of_offset = _given_pull(best["mean"][None], best["covariance"].reshape(1, 7, 7), priors.pull_m_s2, 0.0)
+    after = {False: (of_offset[0][0], of_offset[1][0]), True: (best["mean"][PLAY], best["covariance"][8])}
     found: list[Change] = []
     for drive, kind, *before in best["change"][: best["changes"]][::-1].tolist():
         of_play = kind == play

@@ -45,6 +45,7 @@ class Row:
     right_s: float
     moved: float = 0.0  # rad
     moved_sd: float = 0.0
+    logs: tuple[str, ...] = ()  # their names
 
     @property
     def is_usable(self) -> bool:
@@ -59,6 +60,7 @@ def row_of(
     params: Mapping[str, float],
     start_s: float,
     moved: tuple[float, float] = (0.0, 0.0),
+    logs: tuple[str, ...] = (),
 ) -> Row:
     """The row of a drive that the core has run over by the joint method; `native` is its oc_answer."""
     measured = bool(params["use_accelerometer"])
@@ -87,6 +89,7 @@ def row_of(
         right_s=native["loaded_right_s"],
         moved=moved[0],
         moved_sd=moved[1],
+        logs=logs,
     )
 
 
@@ -107,7 +110,7 @@ def _variance_beside(state: Any, core: _core.Core, native: _core.OcAnswer, param
 
 def modes_as_text(modes: Numbers) -> str:
     """The evidence as numbers with spaces between, for a file."""
-    return " ".join(f"{number:.9g}" for number in modes.ravel())
+    return " ".join(f"{number:.12g}" for number in modes.ravel())
 
 
 def modes_in(text: str) -> Numbers:

@@ -244,10 +244,12 @@ static void update(truck_history *h, const expected *e, const innovation *i) {
     }
 }
 
-static void note_change(truck_history *h, int32_t change, int32_t drive) {
+/* The offset before it, as read at the usual pull: an unknown pull is in it before and after. */
+static void note_change(truck_history *h, int32_t change, int32_t drive, const truck_priors *priors) {
     if (change == TRUCK_CHANGE_NONE) {
         return;
     }
+    const double per_pull = h->covariance[N * TRUCK_OFFSET + TRUCK_PULL] / h->covariance[N * TRUCK_PULL + TRUCK_PULL];
     if (h->changes == TRUCK_CHANGES) {
         memmove(h->change, h->change + 1, sizeof h->change - sizeof h->change[0]);
         --h->changes;
@@ -255,8 +257,9 @@ static void note_change(truck_history *h, int32_t change, int32_t drive) {
     h->change[h->changes++] = (truck_change){
         .drive = drive,
         .kind = change == STATED_SIZE ? TRUCK_CHANGE_OFFSET : change,
-        .before = h->mean[TRUCK_OFFSET],
-        .before_variance = h->covariance[N * TRUCK_OFFSET + TRUCK_OFFSET],
+        .before = h->mean[TRUCK_OFFSET] + per_pull * (priors->mean[TRUCK_PULL] - h->mean[TRUCK_PULL]),
+        .before_variance = h->covariance[N * TRUCK_OFFSET + TRUCK_OFFSET] -
+                           per_pull * h->covariance[N * TRUCK_OFFSET + TRUCK_PULL],
         .play_before = h->mean[TRUCK_PLAY],
         .play_before_variance = h->covariance[N * TRUCK_PLAY + TRUCK_PLAY],
     };
@@ -400,7 +403,7 @@ static void take(truck_histories *all, const truck_drive *drive, int32_t place, 
         const way *on = &ways[kept];
         truck_history *h = &chosen[kept];
         *h = all->history[on->from];
-        note_change(h, on->change, place);
+        note_change(h, on->change, place, priors);
         apply(h, on->change, drive, priors);
         if (h->zero == TRUCK_ZERO_RELATIVE) {
             h->offset_since = place;

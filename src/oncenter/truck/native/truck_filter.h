@@ -88,7 +88,7 @@ typedef struct {
 typedef struct {
     int32_t drive;         /* the first after the change */
     int32_t kind;
-    double before, before_variance; /* rad, the offset before it */
+    double before, before_variance; /* rad, the offset before it, with the usual pull */
     double play_before, play_before_variance; /* rad */
 } truck_change;
 

@@ -7,13 +7,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from oncenter import _core
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimates.estimates import DEFAULT_METHOD, Method
 from oncenter.memory.log import start_of_drive
-from oncenter.memory.truck import PastDrive, Remembered, TruckMemory
+from oncenter.memory.truck import PastDrive, Remembered, TruckMemory, settings_of
 from oncenter.offset.answer import Answer
-from oncenter.offset.inputs import params_of
 from oncenter.offset.run import offset
 from oncenter.signals import Signals
 from oncenter.truck.events import Event
@@ -55,50 +53,33 @@ def offset_with_memory(
     again = [log for log, key in keys.items() if memory.has(key)]
     memory = replace(memory, events=tuple(sorted({*memory.events, *events}, key=lambda event: event.time_s)))
     vehicle = _with_remembered_product(vehicle, memory)
-    settings = _settings(vehicle, params)
-    kept = [
-        drive
-        for drive in memory.drives
-        if not any(_is_in(drive, keys[log]) for log in again)
-    ]
-    alike = [drive for drive in kept if drive.settings == settings]
+    settings = settings_of(vehicle, params)
+    others = replace(memory, drives=tuple(d for d in memory.drives if not any(d.is_of(keys[log]) for log in again)))
+    rows = others.rows_of(vehicle, params)
     answer = offset(
         dated,
         vehicle,
         method=method,
         params=params,
-        before=[drive.row for drive in alike],
+        before=rows,
         events=memory.events,
         progress=progress,
     )
     answer = _noted(answer, _again(again))
-    answer = _noted(answer, _left_out(len(kept) - len(alike)))
+    answer = _noted(answer, _left_out(len(others.drives) - len(rows)))
     if answer.sensor_fault != "none" or answer.offset.status == "invalid":
         return _noted(answer, _NOTHING_ADDED), memory
     after = replace(
         memory,
         vin=memory.vin or answer.vin,
-        drives=(*kept, *_added(answer, keys, settings)),
+        drives=(*others.drives, *_added(answer, keys, settings)),
         ratio_times_wheelbase=_product(answer) or memory.ratio_times_wheelbase,
     )
     return answer, memory if again and len(again) == len(keys) else after
 
 
-def _is_in(drive: PastDrive, key: str) -> bool:
-    return TruckMemory("", drives=(drive,)).has(key)
-
-
 def _added(answer: Answer, keys: Mapping[str, str], settings: str) -> list[PastDrive]:
-    return [
-        PastDrive(tuple(keys[log] for log in row.logs if log in keys), row, settings) for row in answer.rows
-    ]
-
-
-def _settings(vehicle: Vehicle, params: Mapping[str, float] | None) -> str:
-    """Rows combine where the core, the truck and the use of the accelerometer are the same."""
-    used = params_of(vehicle, params)
-    product = "unknown" if vehicle.assumed else f"{vehicle.ratio_times_wheelbase_m:.4g} m"
-    return f"oncenter {_core.version()}, {product}, accelerometer {int(used['use_accelerometer'])}"
+    return [PastDrive(tuple(keys[log] for log in row.logs if log in keys), row, settings) for row in answer.rows]
 
 
 def _with_remembered_product(vehicle: Vehicle, memory: TruckMemory) -> Vehicle:

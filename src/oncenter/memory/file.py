@@ -61,6 +61,10 @@ class _Drive(_Table):
     measured: bool
     gradient_deg_m_s2: _Value
     gradient_sd_deg_m_s2: _Spread
+    wheelbase_share_1: Annotated[_Value, Field(gt=-1)]
+    wheelbase_share_sd_1: _Spread
+    friction_m_s2: Annotated[_Value, Field(ge=0)]
+    creep_deg_s_per_m_s2: Annotated[_Value, Field(ge=0)]
     bank_m_s2: _Value | None = None
     bank_variance_m2_s4: _Value | None = None
     standing_m_s2: _Value | None = None
@@ -96,6 +100,10 @@ class _Drive(_Table):
 _NUMBERS = (
     ("gradient_deg_m_s2", "gradient", DEGREE),
     ("gradient_sd_deg_m_s2", "gradient_sd", DEGREE),
+    ("wheelbase_share_1", "wheelbase", 1.0),
+    ("wheelbase_share_sd_1", "wheelbase_sd", 1.0),
+    ("friction_m_s2", "friction", 1.0),
+    ("creep_deg_s_per_m_s2", "creep", DEGREE),
     ("bank_m_s2", "bank", 1.0),
     ("bank_variance_m2_s4", "bank_variance", 1.0),
     ("standing_m_s2", "standing", 1.0),

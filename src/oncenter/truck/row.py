@@ -33,6 +33,10 @@ class Row:
     status: str  # of the offset, by this drive alone
     gradient: float  # rad/(m/s^2)
     gradient_sd: float
+    wheelbase: float  # share by which the equivalent wheelbase is longer than the vehicle file's
+    wheelbase_sd: float
+    friction: float  # m/s^2, of the king pins, by the most probable hypothesis
+    creep: float  # rad/s per m/s^2, of the wheels in their play; 0: the king pins hold them
     bank: float  # m/s^2
     bank_variance: float
     standing: float  # m/s^2
@@ -67,7 +71,10 @@ def row_of(
     gradient, standing = native["understeer_gradient"], native["standstill_lateral_acceleration"]
     status = _core.status_of(native["offset"])
     state = core.state()
-    samples = float(state["evidence"]["joint"]["bank_samples"])
+    joint, wheelbase = state["evidence"]["joint"], native["equivalent_wheelbase"]
+    samples = float(joint["bank_samples"])
+    play = joint["hypotheses"][joint["best"]]["play"]
+    friction = float(play["friction"])
     banked = measured and native["bank_time"] > 0.0 and samples > 0.0
     usable = status in ("valid", "converging")
     more = _variance_beside(state, core, native, params) if usable else 0.0
@@ -77,6 +84,10 @@ def row_of(
         status=status,
         gradient=gradient["value"],
         gradient_sd=gradient["standard_deviation"],
+        wheelbase=wheelbase["value"] / vehicle.wheelbase_m - 1.0,
+        wheelbase_sd=wheelbase["standard_deviation"] / vehicle.wheelbase_m,
+        friction=max(friction, 0.0),
+        creep=float(play["creep"]) if friction >= 0.0 else 0.0,
         bank=native["bank_mean"] if banked else math.nan,
         bank_variance=params["crown_sd_m_s2"] ** 2 * _BANK_SAMPLES / samples if banked else math.nan,
         standing=standing["value"] if measured and _core.status_of(standing) == "valid" else math.nan,

@@ -15,9 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
-from oncenter.signals import DEGREE
-from oncenter.truck.evidence import Numbers
 from oncenter.truck.events import Event
+from oncenter.truck.evidence import Numbers
 from oncenter.truck.loads import LOADS_DIFFER, Loads, loads_of
 from oncenter.truck.priors import Priors
 from oncenter.truck.row import Row
@@ -113,9 +112,9 @@ def trucks_now(
     the others."""
     stated = events or [()] * len(trucks)
     loads = [loads_of(rows, prior) for rows, prior in zip(trucks, priors, strict=True)]
-    tables = [_table(*one) for one in zip(trucks, priors, stated, loads, strict=True)]
+    tables = [table_of(*one) for one in zip(trucks, priors, stated, loads, strict=True)]
     of_trucks = np.array(
-        [_priors(prior, rows[0]) for rows, prior in zip(trucks, priors, strict=True)], _core.TRUCK_PRIORS
+        [priors_of_filter(prior, rows[0]) for rows, prior in zip(trucks, priors, strict=True)], _core.TRUCK_PRIORS
     )
     found = _core.truck_histories(np.concatenate(tables), [len(rows) for rows in trucks], of_trucks)
     return [_truck(*one) for one in zip(found, tables, trucks, priors, loads, strict=True)]
@@ -130,7 +129,8 @@ def truck_now(rows: Sequence[Row], events: Sequence[Event], priors: Priors) -> T
     return trucks_now([rows], [priors], [events])[0]
 
 
-def _table(rows: Sequence[Row], priors: Priors, events: Sequence[Event], loads: Loads) -> npt.NDArray[np.void]:
+def table_of(rows: Sequence[Row], priors: Priors, events: Sequence[Event], loads: Loads) -> npt.NDArray[np.void]:
+    """A truck's drives as the filter takes them, dtype _core.TRUCK_DRIVE."""
     table = np.zeros(len(rows), _core.TRUCK_DRIVE)
     ratio = np.array([row.ratio for row in rows])
     side = np.array([row.side for row in rows])
@@ -186,7 +186,8 @@ def _state(drive: Any, change: str, share: float, by: float, by_sd: float) -> No
     drive["stated_by"], drive["stated_by_sd"] = by, by_sd
 
 
-def _priors(priors: Priors, first: Row) -> npt.NDArray[np.void]:
+def priors_of_filter(priors: Priors, first: Row) -> npt.NDArray[np.void]:
+    """The priors as the filter takes them, of a truck with this first drive."""
     one = np.zeros((), _core.TRUCK_PRIORS)
     unknown_side = 0.0 if first.side else priors.crown_m_s2
     one["mean"][[PLAY, BIAS, PULL]] = priors.play_mean_rad, priors.accelerometer_bias_m_s2, priors.pull_m_s2
@@ -276,7 +277,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
 
 
 def _given_pull(means: Numbers, covariances: Numbers, prior_mean: float, identified: float) -> tuple[Numbers, Numbers]:
-    """The offset's mean and variance from the driving, of each history: of the pull only the identified share counts."""
+    """The offset's mean and variance from the driving, of each history: of a pull only the identified share counts."""
     per_pull = covariances[:, OFFSET, PULL] / covariances[:, PULL, PULL]
     mean = means[:, OFFSET] + (1.0 - identified) * per_pull * (prior_mean - means[:, PULL])
     rest = covariances[:, OFFSET, OFFSET] - (1.0 - identified**2) * per_pull**2 * covariances[:, PULL, PULL]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from oncenter.param_table import params as param_table
 from oncenter.signals import DEGREE
@@ -79,12 +79,16 @@ class ByPrior:
 
 
 def by_priors(
-    solved: Callable[[Mapping[str, float]], OffsetBy | None], params: Mapping[str, float]
+    solved: Callable[[Mapping[str, float]], OffsetBy | None],
+    params: Mapping[str, float],
+    among: Sequence[Prior] = get_args(Prior),
 ) -> Iterator[ByPrior]:
     """The moves by each prior, where `solved` gives an offset by other params on the same evidence. They are compared
     with the one solved by the priors in force: an answer has equations that were solved seconds before its end."""
     start = solved(params)
     for prior, param in _priors_in(params) if start is not None else ():
+        if prior not in among:
+            continue
         halved, doubled = (solved(scaled(params, param, factor)) for factor in (0.5, 2.0))
         if start is not None and halved is not None and doubled is not None:
             yield ByPrior(prior, param, params[param], halved - start, doubled - start)

@@ -25,7 +25,7 @@ _SIGNATURES = (
     ("angle", {"standard_deviation_rad", "estimate_rad", "status"}),
     ("fleet", {"truck", "log", "start_source"}),
     ("fleet", {"truck", "rank", "verdict"}),
-    ("fleet", {"truck", "quantity", "drives_to_find"}),
+    ("fleet", {"truck", "quantity", "by_drive"}),
 )
 _SCHEMA = re.compile(r'(?:\s|#[^\n]*\n)*\{?\s*"?schema"?\s*[:=]\s*"(oncenter/([a-z]+)-\d+)"')
 _OF_SCHEMA = {

@@ -131,7 +131,7 @@ def of_answer(answer: Answer) -> dict[str, Any]:
     for name, unit in _UNITS.items():
         row |= _columns(name, unit, getattr(answer, name))
     row |= {"verdict": verdicts_of(answer)[0].state, "evidence_enough": has_evidence(answer)}
-    return row | columns_of(answer.summary, answer.params) | _parts(answer)
+    return row | columns_of(answer.rows[0] if answer.rows else None, answer.params) | _parts(answer)
 
 
 def _parts(answer: Answer) -> dict[str, float]:

@@ -1,114 +1,103 @@
-"""One truck's offset from its model, in the tables' units: the value now, its changes, its drift."""
+"""One truck's offset from its model, in the tables' units."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from oncenter import _core
-from oncenter.fleet.history import Break, Numbers, Readings, drift
+from oncenter.estimates.by_priors import INSIDE_DRIVE, OffsetBy, by_priors
+from oncenter.fleet.history import Readings, drift
 from oncenter.signals import DEGREE
-from oncenter.truck.kalman import Step
-from oncenter.truck.model import Trucks
-from oncenter.truck.zero import Zero
+from oncenter.truck.now import Truck
+from oncenter.verdict.decision import Interval
+
+_NEAR_DEG = 0.5  # of the limit: farther from it no prior of the accelerometer's bias moves an interval across
 
 
 @dataclass(frozen=True)
 class Offset:
-    """The offset since the last change, deg, at the truck's mean load; `since` is the start of the drive after it.
+    """The offset since the last change, deg, at the truck's mean load, with its 95 % intervals from the driving and
+    with all causes; `since` is the start of the first drive with it.
 
-    `low` and `high` are the ends of the whole 95 % interval; `pull_effect` is what the pull adds to the offset, and
-    `not_identifiable_sd` the part of `sd` that the drives do not identify, deg.
-    `zero` is that of the sensor; where it is not fixed the offset is that of the last drive, and no change is listed.
-    `sd` is the whole standard deviation; `spread_sd` leaves out pull and accelerometer bias, which are common to all
-    drives. `drift` is deg a day and its standard deviation, None below four drives. Accelerations in m/s^2.
+    `not_identifiable_sd` is the part that the drives do not identify. `drift` is deg a day and its standard deviation,
+    None below four drives. `own_by_priors`: `own` by other priors, where it is near the limit.
     """
 
+    truck: Truck
     value: float
-    sd: float
-    spread_sd: float
-    low: float
-    high: float
+    own: Interval
+    whole: Interval
     is_valid: bool
     has_evidence: bool
-    since: float
-    pull: float
-    pull_sd: float
-    pull_effect: float
     not_identifiable_sd: float
-    accelerometer_bias: float
-    accelerometer_bias_sd: float
-    load_would_help: bool
-    zero: Zero
-    drift: tuple[float, float] | None
-    changes: list[Break]
+    since: float
+    drift: tuple[float, float] | None = None
+    own_by_priors: tuple[Interval, ...] = ()
+
+    @property
+    def sd(self) -> float:
+        return (self.whole[1] - self.whole[0]) / (2.0 * 1.96)
+
+    @property
+    def spread_sd(self) -> float:
+        return (self.own[1] - self.own[0]) / (2.0 * 1.96)
 
 
-def offset_of(trucks: Trucks, place: int, starts: Numbers, rows: Sequence[Mapping[str, Any]]) -> Offset:
-    """The offset of the truck at that place in the model, from the rows of its drives, which began at `starts`, s
-    since 1970. Of one drive it is the drive's own, as `oncenter offset` gives it."""
-    zero, since = trucks.zero[place], trucks.since[place]
-    steps = [step for step in trucks.steps if step.truck == place and zero == "fixed"]
-    value = float(trucks.offset[place]) / DEGREE
-    count = len(starts)
-    readings = Readings(starts, trucks.offsets[place, :count] / DEGREE, trucks.offset_sds[place, :count] / DEGREE)
-    sd, spread_sd = (float(sds[place]) / DEGREE for sds in (trucks.offset_sd, trucks.spread_sd))
-    offset = Offset(
+def offset_of(truck: Truck, drives: Sequence[Mapping[str, Any]], params: Mapping[str, float], used_s: float) -> Offset:
+    """The offset of a truck whose usable drives have these rows of the tables; `used_s` is of all its drives. Of one
+    drive it is the drive's own, as `oncenter offset` gives it."""
+    starts = np.array([drive["start"] for drive in drives])
+    if len(drives) == 1:
+        return _of_one(truck, drives[0])
+    is_valid = truck.is_valid(params)
+    low, high = _core.interval_95(truck.offset, truck.whole_sd, truck.lean)
+    readings = Readings(starts, truck.offsets / DEGREE, truck.offset_sds / DEGREE)
+    return Offset(
+        truck=truck,
+        value=truck.offset / DEGREE,
+        own=_in_deg(truck.own),
+        whole=_in_deg((low, high)),
+        is_valid=is_valid,
+        has_evidence=is_valid or (used_s >= params["joint_evidence_min_s"] and not truck.is_narrow(params)),
+        not_identifiable_sd=max(truck.whole_sd**2 - truck.own_sd**2, 0.0) ** 0.5 / DEGREE,
+        since=float(starts[truck.since]),
+        drift=drift(readings, truck.since),
+    )
+
+
+def _of_one(truck: Truck, drive: Mapping[str, Any]) -> Offset:
+    value, own_sd = drive["offset_deg"], drive["offset_drive_sd_deg"]
+    return Offset(
+        truck=truck,
         value=value,
-        sd=sd,
-        spread_sd=spread_sd,
-        low=value - 1.96 * sd,
-        high=value + 1.96 * sd,
-        is_valid=_has_evidence(rows[since:]) and _is_narrow(1.96 * spread_sd),
-        has_evidence=_has_evidence(rows[since:]),
-        since=float(starts[since]),
-        pull=float(trucks.pull[place]),
-        pull_sd=float(trucks.pull_sd[place]),
-        not_identifiable_sd=math.sqrt(max(sd**2 - spread_sd**2, 0.0)),
-        pull_effect=abs(value - float(trucks.less_pull[place]) / DEGREE),
-        accelerometer_bias=float(trucks.accelerometer_bias[place]),
-        accelerometer_bias_sd=float(trucks.accelerometer_bias_sd[place]),
-        load_would_help=bool(trucks.load_would_help[place]),
-        zero=zero,
-        drift=drift(readings, since),
-        changes=_changes(steps, value),
+        own=(value - 1.96 * own_sd, value + 1.96 * own_sd),
+        whole=(drive["offset_low_deg"], drive["offset_high_deg"]),
+        is_valid=drive["offset_status"] == "valid",
+        has_evidence=drive["evidence_enough"],
+        not_identifiable_sd=drive.get("offset_not_identifiable_sd_deg") or 0.0,
+        since=drive["start"],
     )
-    return _of_one(offset, rows[0]) if count == 1 else offset
 
 
-def _has_evidence(rows: Sequence[Mapping[str, Any]]) -> bool:
-    """As of several logs."""
-    return sum(row.get("used_s") or 0.0 for row in rows) >= _core.default_params()["joint_evidence_min_s"]
-
-
-def _is_narrow(half_width_deg: float) -> bool:
-    return half_width_deg * DEGREE <= _core.default_params()["offset_drive_half_width_max_rad"]
-
-
-def _of_one(offset: Offset, row: Mapping[str, Any]) -> Offset:
-    low, high, own_sd = (row.get(name) for name in ("offset_low_deg", "offset_high_deg", "offset_drive_sd_deg"))
-    if low is None or high is None or own_sd is None:  # a row of a former version
+def with_priors(
+    offset: Offset, solved: Callable[[Mapping[str, float]], Truck], params: Mapping[str, float], limit_deg: float
+) -> Offset:
+    """The offset with its interval by other priors, as `oncenter offset` has it; `solved` is the truck by params."""
+    if not offset.is_valid or all(abs(abs(end) - limit_deg) > _NEAR_DEG for end in offset.own):
         return offset
-    return replace(
-        offset,
-        value=row["offset_deg"],
-        sd=(high - low) / (2.0 * 1.96),
-        spread_sd=own_sd,
-        not_identifiable_sd=row.get("offset_not_identifiable_sd_deg") or 0.0,
-        low=low,
-        high=high,
-        is_valid=row["offset_status"] == "valid",
-        has_evidence=row["evidence_enough"],
-    )
+
+    def by(other: Mapping[str, float]) -> OffsetBy:
+        truck = solved(other)
+        return OffsetBy(truck.offset, truck.own, truck.whole)
+
+    now = by(params)
+    moved = [move for each in by_priors(by, params, INSIDE_DRIVE) for move in (each.halved, each.doubled)]
+    return replace(offset, own_by_priors=tuple(_in_deg((now + move).ci95_drive) for move in moved))
 
 
-def _changes(steps: Sequence[Step], value: float) -> list[Break]:
-    """The changes in order of time; computed backward from the last one, which led to the offset now."""
-    changes: list[Break] = []
-    for step in reversed(steps):
-        size = step.size / DEGREE
-        changes.insert(0, Break(step.at, step.found, value - size, value, size, step.sd / DEGREE))
-        value -= size
-    return changes
+def _in_deg(interval: Interval) -> Interval:
+    return float(interval[0]) / DEGREE, float(interval[1]) / DEGREE

@@ -96,7 +96,7 @@ def drive_data(folder: Path, row: dict[str, Any]) -> dict[str, Any]:
 
 
 def _change(change: dict[str, Any]) -> dict[str, Any]:
-    times = {name: _milliseconds(change[name]) for name in ("after_drive", "by_drive", "found")}
+    times = {name: _milliseconds(change[name]) for name in ("after_drive", "by_drive")}
     numbers = {name: _rounded(change[name]) for name in ("before", "after", "size", "sd")}
     return {"quantity": change["quantity"], "unit": change["unit"], "cause": change["cause"], **times, **numbers}
 

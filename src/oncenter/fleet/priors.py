@@ -12,15 +12,15 @@ from oncenter.errors import OncenterError
 from oncenter.files.toml_text import entry
 from oncenter.files.whole_file import check_place, write_whole
 from oncenter.fleet.sql import result_of
-from oncenter.fleet.summaries import summary_of_row
+from oncenter.fleet.summaries import params_of_drive, row_of_drive
 from oncenter.learned_priors import SCHEMA, error_key
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import Summary, together
-from oncenter.truck.population import TRUCKS_MIN, Learned, Population, population_of, trucks_of_several_loads
+from oncenter.truck.population import TRUCKS_MIN, Drives, Learned, Population, has_several_loads, population_of
 from oncenter.truck.priors import priors_of
+from oncenter.truck.row import Row
 
 _DRIVES_MAX = 40  # of a truck, the newest: more add little to what its loads say
-_GIVEN = ("summary_known_pull_sd_m_s2", "summary_known_play_sd_deg")  # columns of a drive
+_GIVEN = ("known_pull_sd_m_s2", "known_play_sd_rad")  # params of a drive
 _TRUCKS_MAX = 1000  # of a type
 _DIGITS = 4
 
@@ -37,7 +37,7 @@ def write_priors(output: Path, path: Path) -> str:
     everyone = [drives for _, drives in trucks]
     found = _learned(everyone)
     if found is None:
-        several = sum(trucks_of_several_loads(together(everyone), priors_of())) if everyone else 0
+        several = sum(has_several_loads(drives, priors_of()) for drives in everyone)
         raise OncenterError(
             f"no priors: {several} of {len(everyone)} trucks were driven at loads whose understeer gradients differ by "
             f"20 % or more, {TRUCKS_MIN} are needed; one load cannot part a pull from the accelerometer's zero. Drives "
@@ -50,25 +50,23 @@ def write_priors(output: Path, path: Path) -> str:
     return f"{path}: {_words(found)}"
 
 
-def _by_truck(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, list[Summary]]]:
+def _by_truck(rows: Sequence[Mapping[str, Any]]) -> list[tuple[str, Drives]]:
     """Vehicle file and drives of each truck, without those answered by a given pull or play: learned ones are no
     evidence."""
-    trucks: dict[str, tuple[str, list[Summary]]] = {}
-    for row in rows:
-        teaches = row["copy_of"] is None and row["truck"] and not any(row.get(given) for given in _GIVEN)
-        summary = summary_of_row(row) if teaches else None
-        if summary is not None:
-            trucks.setdefault(row["truck"], (row["vehicle_file"] or "", []))[1].append(summary)
+    trucks: dict[str, tuple[str, list[Row]]] = {}
+    for drive in rows:
+        params = params_of_drive(drive)
+        teaches = drive["copy_of"] is None and drive["truck"] and not any(params[given] for given in _GIVEN)
+        row = row_of_drive(drive) if teaches else None
+        if row is not None:
+            trucks.setdefault(drive["truck"], (drive["vehicle_file"] or "", []))[1].append(row)
     return [(stem, drives[-_DRIVES_MAX:]) for stem, drives in trucks.values()]
 
 
-def _learned(trucks: Sequence[Sequence[Summary]]) -> Population | None:
+def _learned(trucks: Sequence[Drives]) -> Population | None:
     """Of the trucks with several loads; None where they are too few."""
-    if not trucks:
-        return None
     priors = priors_of()
-    several = trucks_of_several_loads(together(trucks), priors)
-    chosen = [drives for drives, has in zip(trucks, several, strict=True) if has]
+    chosen = [drives for drives in trucks if has_several_loads(drives, priors)]
     if len(chosen) < TRUCKS_MIN:
         return None
     some = chosen[:: 1 + (len(chosen) - 1) // _TRUCKS_MAX]  # of all depots, where names begin with theirs

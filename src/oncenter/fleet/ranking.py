@@ -8,22 +8,21 @@ length of the list: on average at most `SHARE_OF_FALSE_ALARMS` of the trucks on 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
-from oncenter.fleet.history import NOISE, Break, Mean, Numbers, Readings, breaks, now, readings_of
-from oncenter.fleet.offset_now import Offset, offset_of
-from oncenter.fleet.summaries import priors_of_row, summary_of_row
+from oncenter.fleet.history import readings_of
+from oncenter.fleet.offset_now import Offset, offset_of, with_priors
+from oncenter.fleet.summaries import params_of_drive, row_of_drive
 from oncenter.fleet.tables import OFFSET, QUANTITIES
-from oncenter.fleet.undecided import Driven, would_decide
+from oncenter.fleet.undecided import would_decide
 from oncenter.fleet.verdict import deciding_interval, second_line, state_of
-from oncenter.truck.drives import together
+from oncenter.signals import DEGREE
+from oncenter.truck.events import Event
 from oncenter.truck.fingerprint import Print, copies
-from oncenter.truck.model import Trucks, learn
-from oncenter.truck.priors import Priors, priors_of
+from oncenter.truck.now import Change, Truck, truck_now, trucks_now
+from oncenter.truck.priors import priors_of
 from oncenter.truck.zero import Zero
 from oncenter.verdict.states import AT_FAULT, Code
 
@@ -31,15 +30,9 @@ Rows = Sequence[dict[str, Any]]
 
 SHARE_OF_FALSE_ALARMS = 0.05
 _SUSPICIOUS = 0.05  # p-value at or below which a truck is on watch
-_MOVED_TOO = 3.0  # standard deviations by which another quantity must have changed to be a cause
 _SENSOR_AT_FAULT, _RELATIVE = "steering_wheel_angle_sensor_at_fault", "relative_angle_sensor"  # codes of findings
 
-# Cause of an offset's change, by the quantity that changed with it; the first one that fits.
-_CAUSES = {
-    "unloading_acceleration": "wheel_alignment",
-    "yaw_rate_bias": "gyro",
-    "backlash": "play",
-}
+_CAUSES = {"both": "play", "alignment": "wheel_alignment"}  # of an offset's change, by what changed with it
 SENSOR_OR_ALIGNMENT = "sensor_or_alignment"
 
 
@@ -59,14 +52,13 @@ def within(mean: float, sd: float, limit: float) -> float:
 def histories(trucks: Sequence[OfTruck]) -> Iterator[History]:
     """One per truck, in the same order. Trucks given together are computed together; the result does not depend on
     that."""
-    alike: dict[Priors, list[OfTruck]] = {}
-    for one in trucks:
-        if one.summaries:
-            alike.setdefault(one.priors, []).append(one)
-    for priors, some in alike.items():
-        model = learn(together([one.summaries for one in some]), priors)
-        for place, one in enumerate(some):
-            one.learned(model, place)
+    some = [one for one in trucks if one.rows]
+    priors = [priors_of(one.params) for one in some]
+    if some:
+        for one, truck in zip(
+            some, trucks_now([one.rows for one in some], priors, [one.events for one in some]), strict=True
+        ):
+            one.learned(truck)
     for one in trucks:
         yield one.history()
 
@@ -76,60 +68,71 @@ class OfTruck:
 
     Args:
         name: of the truck.
-        rows: of its drives, in order of time, after `mark_copies`.
+        drives: their rows of the tables, in order of time, after `mark_copies`.
         limit_deg: the largest offset, either sign, that needs no calibration.
+        events: what a person stated about the truck.
     """
 
-    def __init__(self, name: str, rows: Rows, limit_deg: float) -> None:
-        rows = [row for row in rows if row.get("copy_of") is None]
-        self._name, self._limit_deg = name, limit_deg
-        self._counts = _counts(name, rows)
-        self._at_fault, self._is_relative = _newest_fault(rows), _newest_has(rows, _RELATIVE)
-        self._readings = {q.name: readings_of(rows, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
-        usable = [(row, summary) for row in rows if (summary := summary_of_row(row)) is not None]
-        self.summaries = [summary for _, summary in usable]
-        self.priors = priors_of(priors_of_row(usable[-1][0]) if usable else None)
-        self._starts = np.array([row["start"] for row, _ in usable])
-        self._drives = [row for row, _ in usable]
-        self._has_unusable_offset = any(row.get(OFFSET.value) is not None for row in rows)
+    def __init__(self, name: str, drives: Rows, limit_deg: float, events: Sequence[Event] = ()) -> None:
+        drives = [drive for drive in drives if drive.get("copy_of") is None]
+        self._name, self._limit_deg, self.events = name, limit_deg, events
+        self._counts = _counts(name, drives)
+        self._at_fault, self._is_relative = _newest_fault(drives), _newest_has(drives, _RELATIVE)
+        self._readings = {q.name: readings_of(drives, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
+        self._used_s = sum(drive.get("used_s") or 0.0 for drive in drives)
+        usable = [(drive, row) for drive in drives if (row := row_of_drive(drive)) is not None]
+        self.rows = [row for _, row in usable]
+        self._drives = [drive for drive, _ in usable]
+        self.params = params_of_drive(self._drives[-1] if usable else {})
+        self._has_unusable_offset = any(drive.get(OFFSET.value) is not None for drive in drives)
         self._offset: Offset | None = None
 
-    def learned(self, model: Trucks, place: int) -> None:
-        self._offset = offset_of(model, place, self._starts, self._drives)
+    def learned(self, truck: Truck) -> None:
+        offset = offset_of(truck, self._drives, self.params, self._used_s)
+        self._offset = with_priors(offset, self._by, self.params, self._limit_deg) if len(self.rows) > 1 else offset
+
+    def _by(self, params: Mapping[str, float]) -> Truck:
+        return truck_now(self.rows, self.events, priors_of(params))
 
     def history(self) -> History:
-        readings = self._readings
-        found = {name: breaks(readings[name], noise) for name, noise in NOISE.items()}
-        of_offset = self._offset.changes if self._offset is not None else []
-        changes = [
-            _change(self._name, "offset", "deg", self._starts, one)
-            | {"cause": _cause(readings, float(self._starts[one.at]))}
-            for one in of_offset
-        ]
-        changes += [
-            _change(self._name, q.name, q.unit, readings[q.name].start_s, one)
-            for q in QUANTITIES[1:]
-            for one in found.get(q.name, ())
-        ]
+        found = self._offset.truck.changes if self._offset is not None and self._offset.truck.zero == "fixed" else ()
+        changes = [self._change(one) for one in sorted(found, key=lambda one: one.kind == "play")]
+        of_offset = [change for change in changes if change["quantity"] == "offset"]
         state = self._state()
         row = self._counts | {
-            "told": len(self.summaries),
+            "told": len(self.rows),
             "changes": len(of_offset),
-            "cause": changes[len(of_offset) - 1]["cause"] if of_offset else None,
+            "cause": of_offset[-1]["cause"] if of_offset else None,
             "verdict": state,
             "state": state,
             "watch": False,
-            "second_line": second_line(state, self._offset, len(self.summaries), self._limit_deg),
+            "second_line": second_line(state, self._offset, len(self.rows), self._limit_deg),
             "limit_deg": self._limit_deg,
         }
         for quantity in QUANTITIES[1:]:
-            mean = _mean_now(readings[quantity.name], found.get(quantity.name, []), quantity.name)
-            row |= {quantity.value: mean and mean.value, quantity.sd: mean and mean.sd}
+            mean = self._readings[quantity.name].mean()
+            row |= {quantity.value: mean and mean[0], quantity.sd: mean and mean[1]}
         if self._offset is not None:
             row |= _of_offset(self._offset)
             if self._has_fixed_zero():
                 row |= _of_evidence(self._offset, self._limit_deg) | {"would_decide": self._would_decide()}
         return History(row, changes)
+
+    def _change(self, one: Change) -> dict[str, Any]:
+        is_play = one.kind == "play"
+        quantity, start = QUANTITIES[1] if is_play else OFFSET, self.rows[one.at].start_s
+        gyro = "gyro" if self._readings["yaw_rate_bias"].moved(start) else SENSOR_OR_ALIGNMENT
+        sizes = {name: getattr(one, name) / DEGREE for name in ("before", "after", "size", "sd")}
+        return {
+            "truck": self._name,
+            "quantity": quantity.name,
+            "unit": quantity.unit,
+            "after_drive": self.rows[one.at - 1].start_s,
+            "by_drive": start,
+            **sizes,
+            "probability": one.probability,
+            "cause": None if is_play else _CAUSES.get(one.kind, gyro),
+        }
 
     def _state(self) -> Code:
         if self._offset is None and self._has_unusable_offset and self._at_fault is None and not self._is_relative:
@@ -137,7 +140,7 @@ class OfTruck:
         return state_of(self._at_fault, self._offset, self._zero(), self._limit_deg)
 
     def _zero(self) -> Zero:
-        return "relative" if self._is_relative else "fixed" if self._offset is None else self._offset.zero
+        return "relative" if self._is_relative else "fixed" if self._offset is None else self._offset.truck.zero
 
     def _has_fixed_zero(self) -> bool:
         return self._offset is not None and self._zero() == "fixed"
@@ -148,10 +151,8 @@ class OfTruck:
         state = self._state()
         if state != "undecided" and (state != "over" or self._offset.is_valid):
             return None
-        since = [row for row in self._drives if row["start"] >= self._offset.since]
-        left_s, right_s = (sum(row.get(f"side_force_{side}_s") or 0.0 for row in since) for side in ("left", "right"))
-        own = [sd for row in since if (sd := row.get("offset_drive_sd_deg"))]
-        return would_decide(self._offset, Driven(own, left_s, right_s))
+        since = self.rows[self._offset.truck.since :]
+        return would_decide(self._offset, sum(row.left_s for row in since), sum(row.right_s for row in since))
 
 
 def _counts(name: str, rows: Rows) -> dict[str, Any]:
@@ -201,28 +202,17 @@ def _newest_fault(rows: Rows) -> Code | None:
     return next((code for code in AT_FAULT if code == verdict), None)
 
 
-def _mean_now(readings: Readings, found: Sequence[Break], name: str) -> Mean | None:
-    noise = NOISE.get(name)
-    if noise is not None:
-        return now(readings, found[-1].at if found else 0, noise)
-    if not len(readings.value):
-        return None
-    weight = readings.sd**-2.0  # a quantity that changes with every load has only a mean
-    variance = np.average(readings.sd**2, weights=weight)
-    return Mean(float(np.average(readings.value, weights=weight)), float(np.sqrt(variance)))
-
-
 def _of_evidence(offset: Offset, limit_deg: float) -> dict[str, float]:
     """Of an offset beyond the limit; there is none where no correction would hold."""
     beyond = within(offset.value, offset.sd, limit_deg)
-    p_value, last = beyond, offset.changes[-1] if offset.changes else None
-    if last is not None and abs(last.after) > abs(last.before):  # a change toward zero is no alarm
-        p_value = min(p_value, within(last.size, last.sd, limit_deg))
+    p_value, changes = beyond, [change for change in offset.truck.changes if change.kind != "play"]
+    if changes and abs(changes[-1].after) > abs(changes[-1].before):  # a change toward zero is no alarm
+        p_value = min(p_value, within(changes[-1].size / DEGREE, changes[-1].sd / DEGREE, limit_deg))
     return {"probability_beyond": 1.0 - beyond, "p_value": min(1.0, 2.0 * p_value)}
 
 
 def _of_offset(offset: Offset) -> dict[str, Any]:
-    low, high = deciding_interval(offset)
+    truck, (low, high) = offset.truck, deciding_interval(offset)
     return {
         "offset_low_deg": low,
         "offset_high_deg": high,
@@ -230,51 +220,19 @@ def _of_offset(offset: Offset) -> dict[str, Any]:
         OFFSET.value: offset.value,
         OFFSET.sd: offset.sd,
         "offset_spread_sd_deg": offset.spread_sd,
-        "pull_m_s2": offset.pull,
-        "pull_sd_m_s2": offset.pull_sd,
-        "accelerometer_bias_m_s2": offset.accelerometer_bias,
-        "accelerometer_bias_sd_m_s2": offset.accelerometer_bias_sd,
-        "load_would_help": offset.load_would_help,
+        "pull_m_s2": truck.pull,
+        "pull_sd_m_s2": truck.pull_sd,
+        "accelerometer_bias_m_s2": truck.accelerometer_bias,
+        "accelerometer_bias_sd_m_s2": truck.accelerometer_bias_sd,
+        "backlash_deg": truck.play / DEGREE,
+        "backlash_sd_deg": truck.play_sd / DEGREE,
+        "unloading_acceleration_m_s2": truck.neutral,
+        "unloading_acceleration_sd_m_s2": truck.neutral_sd,
+        "load_would_help": truck.load_would_help,
         "since": offset.since,
         "drift_deg_day": offset.drift and offset.drift[0],
         "drift_sd_deg_day": offset.drift and offset.drift[1],
     }
-
-
-def _change(truck: str, name: str, unit: str, starts: Numbers, one: Break) -> dict[str, Any]:
-    return {
-        "truck": truck,
-        "quantity": name,
-        "unit": unit,
-        "after_drive": float(starts[one.at - 1]),
-        "by_drive": float(starts[one.at]),
-        "found": float(starts[one.found]),
-        "drives_to_find": one.found - one.at + 1,
-        "before": one.before,
-        "after": one.after,
-        "size": one.size,
-        "sd": one.sd,
-        "cause": None,
-    }
-
-
-def _cause(readings: dict[str, Readings], at_s: float) -> str:
-    """The quantity whose mean changed at that time, by at least half of the smallest change that would be reported
-    alone."""
-    for name, cause in _CAUSES.items():
-        noise, of_it = NOISE[name], readings[name]
-        before = of_it.start_s < at_s
-        if not before.any() or before.all():
-            continue
-        (value_b, sd_b), (value_a, sd_a) = (
-            (mean.value, mean.sd)
-            for part in (before, ~before)
-            if (mean := now(Readings(of_it.start_s[part], of_it.value[part], of_it.sd[part]), 0, noise)) is not None
-        )
-        moved = abs(value_a - value_b)
-        if moved > noise.smallest / 2.0 and moved > _MOVED_TOO * math.hypot(sd_a, sd_b):
-            return cause
-    return SENSOR_OR_ALIGNMENT
 
 
 def rank(trucks: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

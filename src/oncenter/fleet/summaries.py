@@ -1,102 +1,87 @@
-"""A drive's summary, the input of its truck's model, as columns of a row: degrees in files, rad inside."""
+"""A drive's row of evidence, the input of its truck's model, as columns of the tables: degrees in files, rad inside."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Any
 
+from oncenter import _core
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import Summary, is_usable
+from oncenter.truck.priors import PARAMS
+from oncenter.truck.row import Row, modes_as_text, modes_in
 
 
 @dataclass(frozen=True)
 class _Column:
-    """A column of a row, and its member of a `Summary`; `unit` is the column's unit in units of the member."""
+    """A column, and its member of a `Row`; `unit` is the column's unit in units of the member."""
 
     name: str
     member: str
     unit: float
     about: str
+    may_lack: bool = False
 
 
-_DEGREES = DEGREE
 _COLUMNS = (
-    _Column("offset_deg", "offset", _DEGREES, "the offset, as offset_deg, at the neutral lateral acceleration"),
-    _Column("offset_sd_deg", "offset_sd", _DEGREES, "its standard deviation from this drive, without pull and wind"),
-    _Column("gradient_deg_m_s2", "gradient", _DEGREES, "understeer gradient at the road wheel"),
-    _Column("gradient_sd_deg_m_s2", "gradient_sd", _DEGREES, "its standard deviation"),
-    _Column("unloading_m_s2", "unloading", 1.0, "neutral lateral acceleration, estimated or prior"),
-    _Column("unloading_sd_m_s2", "unloading_sd", 1.0, "its standard deviation"),
-    _Column("play_deg", "play", _DEGREES, "free play, column wind-up included, full width"),
-    _Column("play_sd_deg", "play_sd", _DEGREES, "its standard deviation"),
-    _Column(
-        "with_unloading_deg_m_s2",
-        "with_unloading",
-        _DEGREES,
-        "covariance of offset and neutral acceleration",
-    ),
-    _Column("with_play_deg2", "with_play", _DEGREES**2, "covariance of the offset and the play"),
-    _Column("bank_m_s2", "bank", 1.0, "mean of lateral acceleration minus yaw rate times speed: road bank"),
-    _Column("standing_m_s2", "standing", 1.0, "mean lateral acceleration at standstill; null: no standstill"),
+    _Column("gradient_deg_m_s2", "gradient", DEGREE, "understeer gradient at the road wheel"),
+    _Column("gradient_sd_deg_m_s2", "gradient_sd", DEGREE, "its standard deviation"),
+    _Column("bank_m_s2", "bank", 1.0, "mean of lateral acceleration minus yaw rate times speed: road bank", True),
+    _Column("bank_variance_m2_s4", "bank_variance", 1.0, "its variance, large for a short drive", True),
+    _Column("standing_m_s2", "standing", 1.0, "mean lateral acceleration at standstill; null: no standstill", True),
+    _Column("measured", "measured", 1.0, "1: an accelerometer measures the bank, 0: none does"),
     _Column("ratio", "ratio", 1.0, "steering ratio near the centre"),
     _Column("side", "side", 1.0, "side of traffic: 1 right, -1 left, 0 not given"),
+    _Column("moved_deg", "moved", DEGREE, "change of the offset within the drive, which the evidence is after"),
+    _Column("moved_sd_deg", "moved_sd", DEGREE, "its standard deviation; 0: no change"),
 )
-_PREFIX = "summary_"
-_MAY_LACK = ("bank", "standing", "unloading", "unloading_sd", "with_unloading")
-
-# Priors in force: values given in the vehicle file, 0 where it gives none, and the sd of pulls. Column, param of the
-# core, unit, meaning.
-_GIVEN = (
-    (
-        "known_pull_sd_m_s2",
-        "known_pull_sd_m_s2",
-        1.0,
-        "sd of the pull in the vehicle file; 0: not given",
-    ),
-    (
-        "known_bias_sd_m_s2",
-        "known_accelerometer_bias_sd_m_s2",
-        1.0,
-        "sd of the bias there; 0: not given",
-    ),
-    ("known_play_deg", "known_play_rad", _DEGREES, "free play in the vehicle file"),
-    ("known_play_sd_deg", "known_play_sd_rad", _DEGREES, "its standard deviation; 0: not given"),
-    ("pull_sd_m_s2", "pull_sd_m_s2", 1.0, "prior sd of the pull where none is given: the default, or a fleet's"),
-)
+_OF_TABLE = {"used_s": "used_s", "left_s": "side_force_left_s", "right_s": "side_force_right_s"}
+_PREFIX, _EVIDENCE, _PARAMS = "summary_", "summary_evidence", "summary_params"
 COLUMNS: Mapping[str, tuple[str, str]] = {
-    _PREFIX + name: ("number", f"for the truck's model: {about}")
-    for name, about in (
-        *((column.name, column.about) for column in _COLUMNS),
-        *((name, about) for name, _, _, about in _GIVEN),
-    )
+    _EVIDENCE: (
+        "text",
+        "for the truck's model: up to four modes of offset, play, neutral acceleration, ten numbers each (SI, rad): "
+        "level, information (lower triangle), vector",
+    ),
+    **{_PREFIX + column.name: ("number", f"for the truck's model: {column.about}") for column in _COLUMNS},
+    _PARAMS: ("text", "for the truck's model: params of its priors that are not the defaults, NAME=VALUE; SI, rad"),
 }
 
 
-def columns_of(summary: Summary | None, params: Mapping[str, float]) -> dict[str, float | None]:
-    """Columns of a drive's row; `params` are the core's. Empty without a summary; null instead of NaN."""
-    if summary is None:
+def columns_of(row: Row | None, params: Mapping[str, float]) -> dict[str, float | str | None]:
+    """Columns of a drive; `params` are the core's. Empty without evidence; null instead of NaN."""
+    if row is None or not len(row.modes):
         return {}
-    values = {column.name: getattr(summary, column.member) / column.unit for column in _COLUMNS}
-    values |= {name: params[param] / unit for name, param, unit, _ in _GIVEN}
-    return {_PREFIX + name: value if math.isfinite(value) else None for name, value in values.items()}
+    values = {_PREFIX + column.name: getattr(row, column.member) / column.unit for column in _COLUMNS}
+    found: dict[str, float | str | None] = {_EVIDENCE: modes_as_text(row.modes)}
+    found |= {name: value if math.isfinite(value) else None for name, value in values.items()}
+    defaults = _core.default_params()
+    given = [f"{name}={params[name]!r}" for name in PARAMS if params[name] != defaults[name]]
+    return found | {_PARAMS: " ".join(given) or None}
 
 
-def priors_of_row(row: Mapping[str, Any]) -> dict[str, float]:
-    """The params when the drive was answered, without those that its row lacks: one of a version before."""
-    values = ((param, row.get(_PREFIX + name), unit) for name, param, unit, _ in _GIVEN)
-    return {param: value * unit for param, value, unit in values if value is not None}
+def params_of_drive(drive: Mapping[str, Any]) -> dict[str, float]:
+    """The params of the truck's model when the drive was answered."""
+    given = (each.partition("=") for each in (drive.get(_PARAMS) or "").split())
+    return _core.default_params() | {name: float(value) for name, _, value in given}
 
 
-def summary_of_row(row: Mapping[str, Any]) -> Summary | None:
-    """The summary; None where the drive adds nothing to its truck: no answer, no start time, a fault, no gradient, a
-    row of a version before 0.2."""
-    values = {column.member: row.get(_PREFIX + column.name) for column in _COLUMNS}
-    numbers = {
-        column.member: math.nan if (value := values[column.member]) is None else value * column.unit
-        for column in _COLUMNS
-    }
-    is_whole = all(math.isfinite(number) for name, number in numbers.items() if name not in _MAY_LACK)
-    usable = is_whole and is_usable(str(row.get("offset_status")), numbers["gradient"])
-    return Summary(**numbers) if usable and row.get("start") is not None else None
+def row_of_drive(drive: Mapping[str, Any]) -> Row | None:
+    """The row; None where the drive adds nothing to its truck: no answer, no start time, a fault, no gradient, a drive
+    that a former version answered."""
+    values = {column.member: (drive.get(_PREFIX + column.name), column) for column in _COLUMNS}
+    start = drive.get("start")
+    lacks = any(value is None and not column.may_lack for value, column in values.values())
+    if lacks or start is None or drive.get(_EVIDENCE) is None:
+        return None
+    numbers = {name: math.nan if value is None else value * column.unit for name, (value, column) in values.items()}
+    row = Row(
+        modes=modes_in(drive[_EVIDENCE]),
+        status=str(drive.get("offset_status")),
+        start_s=start.timestamp() if isinstance(start, datetime) else start,
+        **{member: drive.get(name) or 0.0 for member, name in _OF_TABLE.items()},
+        **{**numbers, "measured": bool(numbers["measured"])},
+    )
+    return row if row.is_usable else None

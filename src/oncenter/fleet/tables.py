@@ -116,16 +116,15 @@ _VERDICTS = ", ".join(OF_OFFSET)
 DRIVES = _of_drives()
 CHANGES: dict[str, tuple[str, str]] = {
     "truck": ("text", "as in drives"),
-    "quantity": ("text", "what changed: offset, backlash, unloading_acceleration, yaw_rate_bias"),
+    "quantity": ("text", "what changed: offset, backlash"),
     "unit": ("text", "unit of before, after, size and sd"),
     "after_drive": ("time", "start of the last drive before the change"),
     "by_drive": ("time", "start of the first drive after the change"),
-    "found": ("time", "start of the drive at which the change was detected"),
-    "drives_to_find": ("count", "drives after the change until it was detected"),
-    "before": ("number", "before this change: an offset by the truck's model, another quantity as the drives' mean"),
+    "before": ("number", "before this change, by the truck's model"),
     "after": ("number", "the same after it"),
     "size": ("number", "after minus before; drives on roads with little excitation count less"),
     "sd": ("number", "standard deviation of the size"),
+    "probability": ("number", "of the change, 0.5 to 1, by all drives"),
     "cause": ("text", "of an offset's change: the quantity that changed with it; see docs/fleet.md"),
 }
 TRUCKS: dict[str, tuple[str, str]] = {

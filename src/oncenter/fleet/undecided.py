@@ -3,35 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 
 from oncenter.fleet.offset_now import Offset
 from oncenter.tuned import TUNED
 
 
-@dataclass(frozen=True)
-class Driven:
-    """A truck's drives since the last change of its offset.
-
-    Attributes:
-        sd: of the part of the interval that is each drive's own, deg, above 0.
-        left_s, right_s: total time with lateral force clearly to that side.
-    """
-
-    sd: Sequence[float]
-    left_s: float
-    right_s: float
-
-
-def would_decide(offset: Offset, driven: Driven) -> str:
+def would_decide(offset: Offset, left_s: float, right_s: float) -> str:
     """The advice by the part of the interval that decides: the drives' own part, and for an offset that is not valid
-    the larger one, which may be the part common to all drives (pull and accelerometer bias)."""
-    own = sum(sd**-2.0 for sd in driven.sd) ** -0.5 if driven.sd else offset.spread_sd
-    in_common = math.sqrt(max(offset.sd**2 - own**2, 0.0))
-    if in_common > own and not offset.is_valid:
-        if offset.load_would_help:
+    the larger one, which may be the part common to all drives (pull and accelerometer bias).
+
+    Args:
+        left_s, right_s: total time with lateral force clearly to that side since the offset's last change.
+    """
+    if offset.truck.is_ambiguous:
+        return "another drive, since the last ones contradict each other"
+    in_common = math.sqrt(max(offset.sd**2 - offset.spread_sd**2, 0.0))
+    if in_common > offset.spread_sd and not offset.is_valid:
+        if offset.truck.load_would_help:
             return "a drive at another load"
         return "drives on other roads, or a measured pull (pull_m_s2 in the vehicle file)"
-    lacking = [side for side in ("left", "right") if getattr(driven, f"{side}_s") < TUNED["joint_answer.flank_s"]]
+    flank_s = TUNED["joint_answer.flank_s"]
+    lacking = [side for side, seconds in (("left", left_s), ("right", right_s)) if seconds < flank_s]
     return f"another drive with bends {f'to the {lacking[0]}' if len(lacking) == 1 else 'both ways'}"

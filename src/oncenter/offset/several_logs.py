@@ -109,14 +109,10 @@ def _as_one_drive(
     every = [drive.native for drive in answered if drive.native is not None]
     natives = [drive.native for drive in usable if drive.native is not None] or every[-1:]
     answer = _with_times(every[-1].copy(), every)
-    own_sd = truck.own_sd
-    lean = 0.5 * (truck.whole[0] + truck.whole[1]) - truck.offset
-    whole_sd = max(math.hypot((truck.whole[1] - truck.whole[0]) / (2.0 * 1.96), lean), own_sd)
-    evidence = sum(drive.row.used_s for drive in usable)
-    is_wide = 1.96 * own_sd > params["offset_drive_half_width_max_rad"]
-    enough = evidence >= params["joint_evidence_min_s"] and truck.has_flanks and not is_wide
-    status = "invalid" if _core.status_of(answer["offset"]) == "invalid" else "valid" if enough else "converging"
-    answer["offset"] = _estimate(truck.offset, whole_sd, evidence, status, lean)
+    own_sd, whole_sd = truck.own_sd, truck.whole_sd
+    is_invalid = _core.status_of(answer["offset"]) == "invalid"
+    status = "invalid" if is_invalid else "valid" if truck.is_valid(params) else "converging"
+    answer["offset"] = _estimate(truck.offset, whole_sd, truck.evidence_s, status, truck.lean)
     answer["offset_temporary"] = truck.offset
     answer["offset_parts"] = {
         "drive_sd": own_sd,
@@ -129,11 +125,11 @@ def _as_one_drive(
     answer["equivalent_wheelbase"] = _averaged([native["equivalent_wheelbase"] for native in natives])
     is_loose = 1.96 * truck.play_sd > params["offset_half_width_max_rad"]
     answer["backlash"] = _estimate(
-        truck.play, truck.play_sd, evidence, "converging" if is_loose or not truck.has_flanks else "valid"
+        truck.play, truck.play_sd, truck.evidence_s, "converging" if is_loose or not truck.has_flanks else "valid"
     )
     neutral_status = _best_status([native["unloading_acceleration"] for native in natives])
     if params["use_accelerometer"]:
-        answer["unloading_acceleration"] = _estimate(truck.neutral, truck.neutral_sd, evidence, neutral_status)
+        answer["unloading_acceleration"] = _estimate(truck.neutral, truck.neutral_sd, truck.evidence_s, neutral_status)
     answer["unexplained"] = _mean(natives, lambda native: native["unexplained"])
     answer["offset_per_yaw_rate_bias"] = _mean(natives, lambda native: native["offset_per_yaw_rate_bias"])
     answer["yaw_rate_bias"] = _last_known([native["yaw_rate_bias"] for native in every])

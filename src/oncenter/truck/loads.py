@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,9 +10,11 @@ import numpy.typing as npt
 
 from oncenter.truck.evidence import Numbers
 from oncenter.truck.priors import Priors
+from oncenter.truck.row import Row
 
 _GRADIENT_ERROR_MIN = 0.02  # share of the prior's mean, of a drive
 _GRADIENT_MIN = 0.1  # share of the prior's mean
+LOADS_DIFFER = 0.2  # of the largest gradient above the smallest: tuned, twice the scatter of one load
 _SURE_GAIN = 0.8  # of a drive's own gradient, from which it is used to compare loads
 
 
@@ -35,10 +38,11 @@ class Loads:
         return float(np.max(sure) / np.min(sure)) - 1.0 if len(sure) else 0.0
 
 
-def loads_of(gradient: Numbers, gradient_sd: Numbers, priors: Priors) -> Loads:
+def loads_of(rows: Sequence[Row], priors: Priors) -> Loads:
     """A drive with an inaccurate gradient gets its truck's mean, in which the prior counts as half a drive."""
     prior = priors.gradient_mean_rad_m_s2
-    value, own = np.maximum(gradient, 0.0), np.maximum(gradient_sd, _GRADIENT_ERROR_MIN * prior) ** 2
+    value = np.maximum([row.gradient for row in rows], 0.0)
+    own = np.maximum([row.gradient_sd for row in rows], _GRADIENT_ERROR_MIN * prior) ** 2
     at_first = (priors.load_spread_1 * prior) ** 2
     weight, weight_of_prior = 1.0 / (own + at_first), 0.5 / at_first
     mean = float((weight @ value + weight_of_prior * prior) / (weight.sum() + weight_of_prior))

@@ -7,7 +7,7 @@ Here they become the offset with its interval, the changes with their dates, and
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -15,10 +15,9 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
-from oncenter.signals import DEGREE
-from oncenter.truck.evidence import Numbers
 from oncenter.truck.events import Event
-from oncenter.truck.loads import loads_of
+from oncenter.truck.evidence import Numbers
+from oncenter.truck.loads import LOADS_DIFFER, Loads, loads_of
 from oncenter.truck.priors import Priors
 from oncenter.truck.row import Row
 from oncenter.truck.zero import Zero
@@ -38,10 +37,10 @@ _PULL_IDENTIFIED = (0.5, 0.8)  # share of the pull's prior variance: below none 
 
 @dataclass(frozen=True)
 class Change:
-    """The offset (or the play) changed before drive `at`; rad."""
+    """The offset, or the play, changed before drive `at`; rad. A repair that changed both is two of them."""
 
     at: int
-    kind: str  # of _core.TRUCK_CHANGES
+    kind: str  # of _core.TRUCK_CHANGES; "play": the numbers are of the play
     before: float
     after: float
     size: float
@@ -56,7 +55,7 @@ class Truck:
     `offset` is less the pull as far as the drives identify it, with the interval `own` from the driving and `whole`
     with what the drives do not identify. `since` is the first drive of the present offset, `play_since` of the present
     play. `is_ambiguous`: the interval holds two values, and a further drive decides.
-    `offsets` are those of each drive, given the other estimates of the truck.
+    `offsets` are those of each drive, given the other estimates of the truck. `evidence_s` is the driving since then.
     """
 
     offset: float
@@ -76,6 +75,7 @@ class Truck:
     since: int
     play_since: int
     zero: Zero
+    evidence_s: float
     has_flanks: bool
     is_ambiguous: bool
     offsets: Numbers
@@ -86,6 +86,24 @@ class Truck:
     def own_sd(self) -> float:
         return (self.own[1] - self.own[0]) / (2.0 * 1.96)
 
+    @property
+    def lean(self) -> float:
+        """Distance of the middle of `whole` from `offset`."""
+        return 0.5 * (self.whole[0] + self.whole[1]) - self.offset
+
+    @property
+    def whole_sd(self) -> float:
+        """With the lean, as in an oc_estimate; never below `own_sd`."""
+        return max(math.hypot((self.whole[1] - self.whole[0]) / (2.0 * 1.96), self.lean), self.own_sd)
+
+    def is_narrow(self, params: Mapping[str, float]) -> bool:
+        return 1.96 * self.own_sd <= params["offset_drive_half_width_max_rad"]
+
+    def is_valid(self, params: Mapping[str, float]) -> bool:
+        """Whether the offset is exact enough to be set: enough driving since its last change, lateral force to both
+        sides, and a narrow interval from the driving."""
+        return self.evidence_s >= params["joint_evidence_min_s"] and self.has_flanks and self.is_narrow(params)
+
 
 def trucks_now(
     trucks: Sequence[Sequence[Row]], priors: Sequence[Priors], events: Sequence[Sequence[Event]] = ()
@@ -93,13 +111,13 @@ def trucks_now(
     """The trucks after their usable drives, in order of time; each has one. The result of a truck does not depend on
     the others."""
     stated = events or [()] * len(trucks)
-    tables = [_table(rows, prior, said) for rows, prior, said in zip(trucks, priors, stated, strict=True)]
-    of_trucks = np.array([_priors(prior, rows[0]) for rows, prior in zip(trucks, priors, strict=True)], _core.TRUCK_PRIORS)
+    loads = [loads_of(rows, prior) for rows, prior in zip(trucks, priors, strict=True)]
+    tables = [table_of(*one) for one in zip(trucks, priors, stated, loads, strict=True)]
+    of_trucks = np.array(
+        [priors_of_filter(prior, rows[0]) for rows, prior in zip(trucks, priors, strict=True)], _core.TRUCK_PRIORS
+    )
     found = _core.truck_histories(np.concatenate(tables), [len(rows) for rows in trucks], of_trucks)
-    return [
-        _truck(histories, table, rows, prior)
-        for histories, table, rows, prior in zip(found, tables, trucks, priors, strict=True)
-    ]
+    return [_truck(*one) for one in zip(found, tables, trucks, priors, loads, strict=True)]
 
 
 def truck_now(rows: Sequence[Row], events: Sequence[Event], priors: Priors) -> Truck:
@@ -111,9 +129,9 @@ def truck_now(rows: Sequence[Row], events: Sequence[Event], priors: Priors) -> T
     return trucks_now([rows], [priors], [events])[0]
 
 
-def _table(rows: Sequence[Row], priors: Priors, events: Sequence[Event]) -> npt.NDArray[np.void]:
+def table_of(rows: Sequence[Row], priors: Priors, events: Sequence[Event], loads: Loads) -> npt.NDArray[np.void]:
+    """A truck's drives as the filter takes them, dtype _core.TRUCK_DRIVE."""
     table = np.zeros(len(rows), _core.TRUCK_DRIVE)
-    loads = loads_of(np.array([row.gradient for row in rows]), np.array([row.gradient_sd for row in rows]), priors)
     ratio = np.array([row.ratio for row in rows])
     side = np.array([row.side for row in rows])
     measured = np.array([row.measured for row in rows])
@@ -139,7 +157,12 @@ def _table(rows: Sequence[Row], priors: Priors, events: Sequence[Event]) -> npt.
     along = np.where(side == 0.0, 1.0, side)
     share = priors.standing_crown_share_1
     for name, of_crown, values, variance in (
-        ("driving", 1.0, [row.bank for row in rows], priors.road_sd_m_s2**2 + np.array([row.bank_variance for row in rows])),
+        (
+            "driving",
+            1.0,
+            [row.bank for row in rows],
+            priors.road_sd_m_s2**2 + np.array([row.bank_variance for row in rows]),
+        ),
         ("standing", share, [row.standing for row in rows], np.full(len(rows), priors.standing_slope_sd_m_s2**2)),
     ):
         has = np.isfinite(values)
@@ -163,7 +186,8 @@ def _state(drive: Any, change: str, share: float, by: float, by_sd: float) -> No
     drive["stated_by"], drive["stated_by_sd"] = by, by_sd
 
 
-def _priors(priors: Priors, first: Row) -> npt.NDArray[np.void]:
+def priors_of_filter(priors: Priors, first: Row) -> npt.NDArray[np.void]:
+    """The priors as the filter takes them, of a truck with this first drive."""
     one = np.zeros((), _core.TRUCK_PRIORS)
     unknown_side = 0.0 if first.side else priors.crown_m_s2
     one["mean"][[PLAY, BIAS, PULL]] = priors.play_mean_rad, priors.accelerometer_bias_m_s2, priors.pull_m_s2
@@ -182,7 +206,11 @@ def _priors(priors: Priors, first: Row) -> npt.NDArray[np.void]:
         ** 2
     )
     one["at_ignition"][BIAS] = priors.bias_wander_sd_m_s2**2
-    one["per_day"][[PLAY, BIAS, PULL]] = priors.play_day_sd_rad**2, priors.bias_day_sd_m_s2**2, priors.pull_day_sd_m_s2**2
+    one["per_day"][[PLAY, BIAS, PULL]] = (
+        priors.play_day_sd_rad**2,
+        priors.bias_day_sd_m_s2**2,
+        priors.pull_day_sd_m_s2**2,
+    )
     one["changes_per_day"] = priors.changes_per_day
     one["new_variance"] = priors.new_offset_sd_rad**2
     little, much = np.square(np.array(priors.load_steer_sds_rad) * first.ratio)
@@ -196,7 +224,7 @@ def _priors(priors: Priors, first: Row) -> npt.NDArray[np.void]:
     return one
 
 
-def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors: Priors) -> Truck:
+def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors: Priors, loads: Loads) -> Truck:
     histories = found["history"][: found["count"]]
     weights = np.exp(histories["log_weight"])
     weights /= weights.sum()
@@ -218,7 +246,6 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     offsets, offset_sds = _of_drives(table, (play, play_variance), (neutral, neutral_variance))
     zero = _zero(weights, histories, len(rows))
     changes = tuple(_changes(weights, histories, best, priors))
-    loads = loads_of(np.array([r.gradient for r in rows]), np.array([r.gradient_sd for r in rows]), priors)
     since, play_since = (_since(weights, histories[name]) for name in ("offset_since", "play_since"))
     flank_s = TUNED["joint_answer.flank_s"]
     recent = rows[play_since:]
@@ -240,6 +267,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
         since=since,
         play_since=play_since,
         zero=zero,
+        evidence_s=sum(r.used_s for r in rows[since:]),
         has_flanks=min(sum(r.left_s for r in recent), sum(r.right_s for r in recent)) >= flank_s,
         is_ambiguous=bool(own[1] - own[0] > 4.0 * 1.96 * math.sqrt(float(np.min(own_variance)) + common)),
         offsets=offsets,
@@ -248,11 +276,8 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     )
 
 
-LOADS_DIFFER = 0.2  # of the largest gradient above the smallest: tuned, twice the scatter of one load
-
-
 def _given_pull(means: Numbers, covariances: Numbers, prior_mean: float, identified: float) -> tuple[Numbers, Numbers]:
-    """The offset's mean and variance from the driving, of each history: of the pull only the identified share counts."""
+    """The offset's mean and variance from the driving, of each history: of a pull only the identified share counts."""
     per_pull = covariances[:, OFFSET, PULL] / covariances[:, PULL, PULL]
     mean = means[:, OFFSET] + (1.0 - identified) * per_pull * (prior_mean - means[:, PULL])
     rest = covariances[:, OFFSET, OFFSET] - (1.0 - identified**2) * per_pull**2 * covariances[:, PULL, PULL]
@@ -313,19 +338,24 @@ def _changes(weights: Numbers, histories: npt.NDArray[np.void], best: Any, prior
     """Those of the most probable history that most histories share, with the values before and after."""
     drives, kinds = histories["change"]["drive"], histories["change"]["kind"]
     there = np.arange(drives.shape[1]) < histories["changes"][:, None]
-    play = _core.TRUCK_CHANGES.index("play")
     of_offset = _given_pull(best["mean"][None], best["covariance"].reshape(1, 7, 7), priors.pull_m_s2, 0.0)
     after = {False: (of_offset[0][0], of_offset[1][0]), True: (best["mean"][PLAY], best["covariance"][8])}
     found: list[Change] = []
     for drive, kind, *before in best["change"][: best["changes"]][::-1].tolist():
-        of_play = kind == play
-        same = there & (drives == drive) & ((kinds == play) == of_play)
-        probability = float(weights @ same.any(axis=1))
-        was, was_variance = before[2:] if of_play else before[:2]
-        value, variance = after[of_play]
-        if probability > _PROBABLE:
-            sd = math.sqrt(variance + was_variance)
-            name = _core.TRUCK_CHANGES[kind]
-            found.insert(0, Change(drive, name, was, float(value), float(value - was), sd, probability))
-            after[of_play] = was, was_variance
+        for of_play, alike in _CHANGED.items():
+            same = there & (drives == drive) & np.isin(kinds, alike)
+            probability = float(weights @ same.any(axis=1))
+            if kind in alike and probability > _PROBABLE:
+                was, was_variance = before[2:] if of_play else before[:2]
+                value, variance = after[of_play]
+                sd, name = math.sqrt(variance + was_variance), "play" if of_play else _core.TRUCK_CHANGES[kind]
+                found.insert(0, Change(drive, name, was, float(value), float(value - was), sd, probability))
+                after[of_play] = was, was_variance
     return found
+
+
+# Kinds of changes of the play, and of the offset.
+_CHANGED = {
+    of_play: [_core.TRUCK_CHANGES.index(name) for name in names]
+    for of_play, names in ((True, ("play", "both")), (False, ("offset", "both", "alignment")))
+}

@@ -10,27 +10,32 @@ with that steering; only pulls make both alike. So trucks with one load do not c
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
+from oncenter import _core
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import Numbers, Summaries
-from oncenter.truck.kalman import Filter, neutral_moved
-from oncenter.truck.model import LOADS_DIFFER, learn
+from oncenter.truck.events import CALIBRATED, CHANGED, REPAIRED, Event
+from oncenter.truck.evidence import Numbers
+from oncenter.truck.loads import LOADS_DIFFER, loads_of
+from oncenter.truck.now import CROWN, PULL, priors_of_filter, table_of, trucks_now
 from oncenter.truck.priors import Priors
-from oncenter.truck.readings import CROWN, OFFSET, loads_of
+from oncenter.truck.row import Row
 from oncenter.tuned import PRIORS
+
+Drives = Sequence[Row]  # of a truck, in order of time
 
 TRUCKS_MIN = 10  # with several loads: fewer cannot replace a prior
 _PULL_SDS_M_S2 = np.geomspace(0.005, 0.3, 12)
 _REGION_SDS_M_S2 = (0.03, 0.05, 0.07, 0.1, 0.14)
 _STEER_SDS_RAD = tuple(sd * DEGREE for sd in (0.0005, 0.003, 0.01))  # at the road wheels
-_ANY_OFFSET_RAD = 0.5
 _EVIDENCE_SHARE_MIN = 0.1  # of a value's weight, against a division by zero
 _PRIOR_TRUCKS = 20.0  # that the prior of an axle set-up is worth
 _ROUNDS = 30  # of the mixture's weights
+_EVENTS = {"offset": CALIBRATED, "alignment": CHANGED}  # of a change; of every other one REPAIRED
 
 
 @dataclass(frozen=True)
@@ -54,85 +59,76 @@ class Population:
     set_up: Learned | None
 
 
-def trucks_of_several_loads(drives: Summaries, priors: Priors) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+def has_several_loads(drives: Drives, priors: Priors) -> bool:
     """Whether the gradients of a truck's drives differ as those of different payloads do: a fifth of them from another
     one, so that a single wrong gradient makes no load."""
     loads = loads_of(drives, priors)
-    found = np.zeros(len(drives.ratio), np.bool_)
-    for k, sure in enumerate(loads.sure):
-        if np.any(sure):
-            low, high = np.quantile(loads.gradient[k, sure], (0.2, 0.8))
-            found[k] = high >= (1.0 + LOADS_DIFFER) * low
-    return found
+    low, high = np.quantile(loads.gradient[loads.sure], (0.2, 0.8)) if np.any(loads.sure) else (1.0, 1.0)
+    return bool(high >= (1.0 + LOADS_DIFFER) * low)
 
 
-def population_of(drives: Summaries, priors: Priors, set_up_probability: float) -> Population:
+def population_of(trucks: Sequence[Drives], priors: Priors, set_up_probability: float) -> Population:
     """Of trucks with drives at several loads."""
-    trucks = learn(drives, priors)
-    stepped, aligned = np.zeros(drives.offset.shape, np.bool_), np.zeros(drives.offset.shape, np.bool_)
-    for step in trucks.steps:
-        stepped[step.truck, step.at] = True
-        aligned[step.truck, step.at] = neutral_moved(drives, priors, step, drives.offset.shape[1])
-    pull_sd, set_up = _pulls(drives, priors, set_up_probability, stepped, aligned)
+    found = trucks_now(trucks, [priors] * len(trucks))
+    events = [
+        [Event(drives[one.at].start_s, _EVENTS.get(one.kind, REPAIRED)) for one in truck.changes]
+        for truck, drives in zip(found, trucks, strict=True)
+    ]
+    pull_sd, set_up = _pulls(trucks, events, priors, set_up_probability)
     mean, sd = PRIORS["GRADIENT"]
-    gradient, variance = _less_prior(drives.gradient, drives.gradient_sd**2, mean, sd)
-    play, play_variance = _less_prior(trucks.play, trucks.play_sd**2, priors.play_mean_rad, priors.play_sd_rad)
-    n = len(drives.ratio)
-    return Population(pull_sd, *_normal(play, play_variance, n), *_normal(gradient, variance, n), set_up)
+    rows = [row for drives in trucks for row in drives]
+    gradient = _less_prior(*_columns((row.gradient, row.gradient_sd) for row in rows), mean, sd)
+    play = _less_prior(
+        *_columns((truck.play, truck.play_sd) for truck in found), priors.play_mean_rad, priors.play_sd_rad
+    )
+    return Population(pull_sd, *_normal(*play, len(trucks)), *_normal(*gradient, len(trucks)), set_up)
+
+
+def _columns(pairs: Iterable[tuple[float, float]]) -> tuple[Numbers, Numbers]:
+    values, sds = np.array(list(pairs)).T
+    return values, sds**2
 
 
 def _pulls(
-    drives: Summaries,
-    priors: Priors,
-    probability: float,
-    stepped: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-    aligned: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
+    trucks: Sequence[Drives], events: Sequence[Sequence[Event]], priors: Priors, probability: float
 ) -> tuple[Learned, Learned | None]:
     """The sd of pulls, and the share of axles set up for the crown."""
-    sides = np.all((drives.side == 0.0) | np.isnan(drives.side))
-    shifts = (0.0,) if sides or probability == 0.0 else (0.0, priors.crown_m_s2)
+    sides = np.array([drives[0].side for drives in trucks])
+    has_set_up = probability > 0.0 and bool(np.any(sides != 0.0))
+    loads = [loads_of(drives, priors) for drives in trucks]
     by_sd, shares = [], []
     for sd in _PULL_SDS_M_S2:
+        some = replace(priors, pull_sd_m_s2=float(sd), changes_per_day=_NEVER, zero_probabilities=_FIXED)
+        table = np.concatenate(
+            [table_of(*one) for one in zip(trucks, [some] * len(trucks), events, loads, strict=True)]
+        )
+        of_trucks = np.array([priors_of_filter(some, drives[0]) for drives in trucks], _core.TRUCK_PRIORS)
+        of_trucks["variant_probability"] = 1.0, 0.0, 0.0
+        usual, ratio = (
+            of_trucks["variance"][:, CROWN] - some.region_sd_m_s2**2,
+            np.array([drives[0].ratio for drives in trucks]),
+        )
         likelihood, share = -math.inf, 0.0
         for region_sd, steer_sd in product(_REGION_SDS_M_S2, _STEER_SDS_RAD):
-            parts = [
-                _likelihood(
-                    drives,
-                    replace(priors, pull_sd_m_s2=float(sd), pull_mean_m_s2=shift),
-                    region_sd,
-                    steer_sd,
-                    stepped,
-                    aligned,
-                )
-                for shift in shifts
-            ]
+            of_trucks["variance"][:, CROWN] = usual + region_sd**2
+            of_trucks["variant_steer"] = (steer_sd * ratio[:, None]) ** 2
+            parts = []
+            for shift in (0.0, priors.crown_m_s2) if has_set_up else (0.0,):
+                of_trucks["mean"][:, PULL] = shift * sides
+                found = _core.truck_histories(table, [len(drives) for drives in trucks], of_trucks)
+                parts.append(found["log_likelihood"].copy())
             likelihood, share = max((likelihood, share), _mixed(np.array(parts), probability))
         by_sd.append(likelihood)
         shares.append(share)
     pull_sd, error = _maximum(_PULL_SDS_M_S2, np.array(by_sd))
-    trucks = len(drives.ratio)
-    if len(shifts) == 1:
-        return Learned(pull_sd, error, trucks), None
+    if not has_set_up:
+        return Learned(pull_sd, error, len(trucks)), None
     share = float(np.interp(pull_sd, _PULL_SDS_M_S2, shares))
-    return Learned(pull_sd, error, trucks), Learned(share, math.sqrt(share * (1.0 - share) / trucks), trucks)
+    of_share = math.sqrt(share * (1.0 - share) / len(trucks))
+    return Learned(pull_sd, error, len(trucks)), Learned(share, of_share, len(trucks))
 
 
-def _likelihood(
-    drives: Summaries,
-    priors: Priors,
-    region_sd: float,
-    steer_sd: float,
-    stepped: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-    aligned: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-) -> Numbers:
-    """The log likelihood of each truck's drives."""
-    one = Filter(drives, priors, steer_sd, stepped, aligned)
-    one.covariance[:, OFFSET, OFFSET] = _ANY_OFFSET_RAD**2  # the filter's guess is of the drives, pull included
-    unknown_side = np.where(drives.side[:, 0] == 0.0, priors.crown_m_s2, 0.0)
-    one.covariance[:, CROWN, CROWN] = region_sd**2 + unknown_side**2  # the drives' own prior stays that of the core
-    for d in range(one.drives_most):
-        one.take(d)
-    return one.likelihood
+_NEVER, _FIXED = (0.0, 0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0)  # changes beside those that were found; zeros
 
 
 def _mixed(parts: Numbers, probability: float) -> tuple[float, float]:

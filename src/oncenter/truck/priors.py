@@ -82,6 +82,27 @@ class Priors:
         return min(BETWEEN_DRIVES["CROWN"][0], self.crown_sd_m_s2)
 
 
+# Params of the core that decide about a truck: of its priors, and of whether its offset is valid.
+PARAMS = (
+    "known_pull_m_s2",
+    "known_pull_sd_m_s2",
+    "pull_sd_m_s2",
+    "wind_sd_m_s2",
+    "known_accelerometer_bias_m_s2",
+    "known_accelerometer_bias_sd_m_s2",
+    "accelerometer_bias_sd_m_s2",
+    "crown_m_s2",
+    "crown_sd_m_s2",
+    "standing_crown_share_1",
+    "standing_slope_sd_m_s2",
+    "known_play_rad",
+    "known_play_sd_rad",
+    "use_accelerometer",
+    "joint_evidence_min_s",
+    "offset_drive_half_width_max_rad",
+)
+
+
 def priors_of(params: Mapping[str, float] | None = None) -> Priors:
     """The priors from the core's params, by default its defaults; configured values of the truck replace priors."""
     used = _core.default_params() | dict(params or {})

@@ -393,6 +393,19 @@ class Core:
         lib.oc_answer_by_priors(other._state, other._coefficients, native)
         return cast("OcAnswer", _members(native))
 
+    def teach(self, estimates: Mapping[str, tuple[float, float]], truck: Mapping[str, float]) -> None:
+        """Sets what a drive without its angle sensor never replaces.
+
+        Args:
+            estimates: value and standard deviation by member of oc_learned.
+            truck: by member of oc_angle_truck.
+        """
+        learned = self._state.learned
+        for name, (value, sd) in estimates.items():
+            setattr(learned, name, {"value": value, "standard_deviation": sd, "evidence": 1.0, "status": lib.OC_VALID})
+        for name, value in truck.items():
+            setattr(learned.truck, name, value)
+
     def coefficients(self) -> dict[str, Any]:
         """The oc_coefficients as a dict, for checks of the design."""
         return _members(self._coefficients)

@@ -16,15 +16,18 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
+from oncenter.angle.from_truck import known_by, teach
 from oncenter.angle.lateral_force import lateral_force_notes, uses_yaw_rate
 from oncenter.angle.side_slip import with_lateral_speed
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.findings import Finding
 from oncenter.offset.assemble import notes_of
-from oncenter.offset.inputs import check_without, without_unfit_wheels
+from oncenter.offset.inputs import check_without, params_of, without_unfit_wheels
 from oncenter.offset.rear_axle import WEIGHT as REAR_WEIGHT
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
+from oncenter.truck.events import Event
+from oncenter.truck.row import Row
 from oncenter.vehicle import Vehicle, core_of, vehicle_of
 
 if TYPE_CHECKING:
@@ -44,6 +47,8 @@ def angle(
     sensor_lost_at: float | None = None,
     method: Method = "observer",
     taught_by: Sequence[Signals] = (),
+    before: Sequence[Row] = (),
+    events: Sequence[Event] = (),
     params: Mapping[str, float] | None = None,
     smooth: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -60,6 +65,8 @@ def angle(
             GNSS, whose front tyre slip is estimated while there is a sensor. Where most of the time with a sensor has
             no lateral acceleration, yaw rate times speed replaces it, as with `use_accelerometer = 0`.
         taught_by: drives of the same truck before this one, with their sensor.
+        before: `Answer.rows` of the truck's former drives: what they say of it holds until this drive shows more.
+        events: what a person states of the truck, see `oncenter.truck.events`.
         params: override the vehicle's; names and units as in core/truck/params.h.
         smooth: use later ticks as well, by a Kalman smoother over the whole drive; not possible in a moving truck.
         progress: called with the fraction done.
@@ -82,12 +89,15 @@ def angle(
         check_without(unfit, (signals,), _FRONT_WHEELS, vehicle)
     if uses_yaw_rate(signals, taught_by, sensor_lost_at):
         params = {"use_accelerometer": 0.0, **(params or {})}
+    used = params_of(vehicle, params)
+    params = {**known_by(before, events, used), **(params or {})}
     core = core_of(vehicle, signals.rate_hz, angle_method=method, params=params)
     if method == "side-slip":
         signals, taught_by = with_lateral_speed(signals), [with_lateral_speed(drive) for drive in taught_by]
     for drive in without_whole_turns(tuple(taught_by)):
         core.run(_columns(drive))
         core.restart()
+    teach(core, before, events, vehicle, used)
     (drive,) = without_whole_turns((signals,))
     columns = _without_sensor(_columns(drive), sensor_lost_at)
     outputs = np.zeros(len(columns["time_s"]), _core.OUTPUT_DTYPE)

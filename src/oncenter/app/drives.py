@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from oncenter.files.whole_file import write_whole
 from oncenter.memory import TruckMemory, read_memory, write_memory
-from oncenter.offset.common_offset import Reading, common_offset
+from oncenter.offset.inputs import params_of
 from oncenter.signals import DEGREE
+from oncenter.truck.now import truck_now
+from oncenter.truck.priors import priors_of
+from oncenter.utc import iso
 from oncenter.vehicle import Vehicle
 from oncenter.verdict.decision import Case, decide
 from oncenter.verdict.states import AT_FAULT, STATES
 
-_COUNT = ("valid", "converging")  # statuses of offsets
 _KEPT_MAX = 50  # as many as a memory has
 
 
 class Drives:
-    """The drives of one truck, oldest first. Drive n has its answer in n.json and the memory before it in n.toml.
+    """The drives of one truck, oldest first. Drive n has its answer in n.json.
 
     Args:
         folder: made with the first drive.
@@ -35,30 +36,26 @@ class Drives:
     def memory(self) -> Path:
         return self._folder / "memory.toml"
 
-    def begin(self) -> bytes | None:
-        """The memory before a drive, None where there is none; a folder for the memory after it."""
+    def begin(self) -> frozenset[str]:
+        """The keys of the drives in the memory before a new one; makes a folder for the memory after it."""
         self._folder.mkdir(parents=True, exist_ok=True)
-        return self.memory.read_bytes() if self.memory.exists() else None
+        return self._keys()
 
-    def keep(self, before: bytes | None, said: dict[str, Any]) -> None:
+    def keep(self, before: frozenset[str], said: dict[str, Any]) -> None:
         """Keeps an answer whose drives the memory took.
 
         Args:
             before: as `begin` gave it.
             said: the JSON of `oncenter offset`.
         """
-        if not self.memory.exists() or self.memory.read_bytes() == before:
+        keys = sorted(self._keys() - before)
+        if not keys:
             return
         files = self._files()
         number = int(files[-1].stem) + 1 if files else 1
-        of_answer = self._folder / f"{number:06}.json"
-        if before is not None:
-            write_whole(of_answer.with_suffix(".toml"), before)
-        known = {drive.key for drive in self._memory(of_answer.with_suffix(".toml")).drives}
-        keys = [drive.key for drive in self._memory(self.memory).drives if drive.key not in known]
-        write_whole(of_answer, json.dumps({"said": said, "keys": keys}))
+        write_whole(self._folder / f"{number:06}.json", json.dumps({"said": said, "keys": keys}))
         for old in files[: -_KEPT_MAX + 1]:
-            _remove(old)
+            old.unlink(missing_ok=True)
 
     def said(self, number: str) -> dict[str, Any] | None:
         """The answer on a drive."""
@@ -84,66 +81,46 @@ class Drives:
         return {"drives": rows[::-1], "common": self._common(list(answers.values()))}
 
     def _common(self, answers: list[dict[str, Any]]) -> dict[str, Any] | None:
-        known = [said for said in answers if said["offset"]["status"] in _COUNT and said["offset"]["ci95_drive"]]
-        common = common_offset([_reading(said) for said in known], self._truck)
-        if common is None:
+        memory = self._memory()
+        rows = sorted((row for row in memory.rows_of(self._truck) if row.is_usable), key=lambda row: row.start_s)
+        if len(rows) < 2:
             return None
-        half_widths = (1.96 * sd / DEGREE for sd in (common.own_sd, common.whole_sd))
-        value = common.value / DEGREE
-        own, whole = ((value - half, value + half) for half in half_widths)
+        params = params_of(self._truck, None)
+        truck = truck_now(rows, memory.events, priors_of(params))
+        own, whole = ((low / DEGREE, high / DEGREE) for low, high in (truck.own, truck.whole))
         newest = answers[-1]["verdicts"][0]["state"]
         at_fault = newest if newest in AT_FAULT else None
-        case = Case(at_fault, common.zero, common.is_valid, True, own, whole)
+        since = rows[truck.since :]
+        is_valid = truck.is_valid(params)
+        case = Case(at_fault, truck.zero, is_valid, True, own, whole)
         state = decide(case, answers[-1]["limit_deg"])
-        drives = known[common.since :]
         return {
             "state": state,
             "word": STATES[state].word,
-            "count": len(drives),
-            "since": drives[0]["start_time"],
-            "offset": value,
+            "count": len(since),
+            "since": iso(since[0].start_s),
+            "offset": truck.offset / DEGREE,
             "interval": own,
         }
 
     def forget(self, number: str) -> None:
-        """Takes a drive out of the memory. What the memory estimated from it and later drives goes, too: it cannot be
-        taken apart."""
-        files = self._files()
-        gone = next((each for each in files if each.stem == number), None)
+        """Takes a drive out of the memory."""
+        gone = next((each for each in self._files() if each.stem == number), None)
         if gone is None:
             return
-        keys, before = _read(gone)["keys"], self._memory(gone.with_suffix(".toml"))
-        left = [drive for drive in self._memory(self.memory).drives if drive.key not in keys]
-        write_memory(self.memory, replace(before, drives=tuple(left)))
-        for later in files[files.index(gone) + 1 :]:
-            write_memory(
-                later.with_suffix(".toml"), replace(before, drives=self._memory(later.with_suffix(".toml")).drives)
-            )
-        _remove(gone)
+        keys, memory = set(_read(gone)["keys"]), self._memory()
+        write_memory(self.memory, replace(memory, drives=tuple(d for d in memory.drives if not keys & {*d.key})))
+        gone.unlink(missing_ok=True)
+
+    def _keys(self) -> frozenset[str]:
+        return frozenset(key for drive in self._memory().drives for key in drive.key)
 
     def _files(self) -> list[Path]:
         return sorted(self._folder.glob("[0-9]*.json"))
 
-    def _memory(self, file: Path) -> TruckMemory:
-        return read_memory(file, self._truck.name)
+    def _memory(self) -> TruckMemory:
+        return read_memory(self.memory, self._truck.name)
 
 
 def _read(file: Path) -> dict[str, Any]:
     return dict(json.loads(file.read_text(encoding="utf-8")))
-
-
-def _remove(file: Path) -> None:
-    for each in (file, file.with_suffix(".toml")):
-        each.unlink(missing_ok=True)
-
-
-def _reading(said: dict[str, Any]) -> Reading:
-    offset, neutral = said["offset"], said["unloading_acceleration"]
-    reading = Reading(offset["value"] * DEGREE, _sd(offset["ci95_drive"]) * DEGREE)
-    if neutral["value"] is None or neutral["ci95"] is None:
-        return reading
-    return replace(reading, neutral=neutral["value"], neutral_sd=_sd(neutral["ci95"]))
-
-
-def _sd(interval: Sequence[float]) -> float:
-    return (interval[1] - interval[0]) / 2.0 / 1.96

@@ -12,7 +12,9 @@ from oncenter.cli.options import Dbc, Source, VehicleFile, progress_bar, sources
 from oncenter.files.log_formats import SUFFIXES
 
 if TYPE_CHECKING:
+    import oncenter as oc
     from oncenter.findings import Finding
+    from oncenter.memory import TruckMemory
 
 _SHARE_MIN = 0.01  # of a drive; a smaller share is not printed as a number
 _WITHIN_MAX_DEG = 90.0  # a wider interval says nothing about the angle
@@ -41,6 +43,14 @@ TaughtBy = Annotated[
         "several logs.",
     ),
 ]
+Memory = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="TRUCK.toml",
+        help="Memory of earlier drives of this truck, as offset --memory keeps it: its offset, play and gradient hold "
+        "until this drive shows more. For a sensor that is lost before the drive begins.",
+    ),
+]
 Smooth = Annotated[
     bool,
     typer.Option(
@@ -57,6 +67,7 @@ def angle(
     report: Report = None,
     method: Method = "observer",
     taught_by: TaughtBy = None,
+    memory: Memory = None,
     smooth: Smooth = False,
     dbc: Dbc = None,
     source: Source = None,
@@ -84,7 +95,8 @@ def angle(
     outputs = {"--output": output, "--report": report}
     spare_inputs(outputs, [log, *(taught_by or ()), vehicle_file, *(dbc or ())])
     truck = oc.vehicle(vehicle_file)
-    spare_inputs(outputs, truck.dbc)
+    known = _remembered(memory, truck)
+    spare_inputs(outputs, [*truck.dbc, *filter(None, [memory])])
     if output is not None:
         check_place(output)
     if report is not None:
@@ -99,6 +111,8 @@ def angle(
             sensor_lost_at=sensor_lost_at,
             method=method,
             taught_by=taught,
+            before=known.rows_of(truck),
+            events=known.events,
             smooth=smooth,
             progress=progress,
         )
@@ -133,6 +147,25 @@ def _asides(findings: Sequence[Finding], notes: Sequence[str]) -> list[str]:
     lines = [f"  {finding.line()}" for finding in findings]
     lines += [f"  note: {note}" for note in notes]
     return ["", *lines] if lines else []
+
+
+def _remembered(memory: Path | None, truck: oc.Vehicle) -> TruckMemory:
+    """
+    Raises:
+        OncenterError: "memory_file", exit code 2: there is no such file, or as `oncenter.memory.read_memory`.
+    """
+    from oncenter.errors import WRONG_USAGE, OncenterError
+    from oncenter.memory import TruckMemory, read_memory
+
+    if memory is None:
+        return TruckMemory(truck.name)
+    if not memory.exists():
+        raise OncenterError(
+            f"memory file {memory} does not exist: make it by oncenter offset LOG --vehicle FILE --memory {memory}",
+            code="memory_file",
+            exit_code=WRONG_USAGE,
+        )
+    return read_memory(memory, truck.name)
 
 
 def _in_words(table: object, why: str = _NOT_OBSERVABLE) -> str:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from oncenter.cli.places import Places
     from oncenter.estimates.estimates import Method
     from oncenter.memory import TruckMemory
+    from oncenter.truck.events import Event
 
 
 def offset(
@@ -77,8 +78,17 @@ def offset(
         Path | None,
         typer.Option(
             metavar="TRUCK.toml",
-            help="Memory of earlier drives of this truck: the estimate starts from it and is added to it. A missing "
-            "file is created.",
+            help="Memory of earlier drives of this truck: the answer is by them and these logs together, and these are "
+            "added. A missing file is created.",
+        ),
+    ] = None,
+    event: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="KIND@DATE",
+            help="What was done on the truck: calibrated@DATE=DEG (what was added to the reading, if known), "
+            "repaired@DATE (play or steering), changed@DATE (sensor or wheels), another_truck@DATE. Repeat the option "
+            "for several; --memory keeps them.",
         ),
     ] = None,
     fail_on: FailOn = None,
@@ -94,6 +104,7 @@ def offset(
     from oncenter.cli.fail_on import fail_on_kinds, kinds_of
     from oncenter.cli.logs import read_log
     from oncenter.cli.places import logs_at
+    from oncenter.truck.events import parse_event
     from oncenter.vehicle import JOINT_DOES, require_truck
 
     failing, take = kinds_of(fail_on), sources_of(source)
@@ -113,7 +124,8 @@ def offset(
 
         fail_on_kinds(answer_each(places, one, schema if json else None), failing)
         return
-    answer, after = _of_all(places, truck, dbc or (), take, method, params, memory, join)
+    events = [parse_event(text) for text in event or ()]
+    answer, after = _of_all(places, truck, dbc or (), take, method, params, memory, events, join)
     typer.echo(answer.to_json(schema) if json else as_table(answer))  # before a page that a full disk may refuse
     if memory is not None and after is not None:
         from oncenter.memory import write_memory
@@ -157,6 +169,7 @@ def _of_all(
     method: Method,
     params: dict[str, float] | None,
     memory: Path | None,
+    events: Sequence[Event],
     join: bool,
 ) -> tuple[oc.Answer, TruckMemory | None]:
     """The answer of all logs together, and the memory after them if it has changed."""
@@ -167,11 +180,13 @@ def _of_all(
     drives, found = read_logs(places, truck, dbc, take, _wanted(method, truck, params), join)
     with progress_bar("answering", *places.logs) as progress:
         if before is None:
-            answer, after = oc.offset(drives, truck, method=method, params=params, progress=progress), None
+            answer, after = oc.offset(drives, truck, method=method, params=params, events=events, progress=progress), None
         else:
             from oncenter.memory import offset_with_memory
 
-            answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
+            answer, after = offset_with_memory(
+                drives, truck, before, method=method, params=params, events=events, progress=progress
+            )
     answer = replace(answer, findings=(*found, *answer.findings), notes=(*answer.notes, *places.notes))
     return answer, None if after == before else after
 

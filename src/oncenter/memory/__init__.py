@@ -1,8 +1,4 @@
-"""Memory of a truck: a small file per truck, which gives each drive its priors and is updated by it.
-
-Play, understeer gradient by load, equivalent wheelbase and the zero errors of both sensors belong to the truck and
-change slowly. The offset is no prior: each drive estimates it anew, so that a change is found. It is only listed.
-"""
+"""Memory of a truck: a small file with a row of evidence for each drive, and what a person stated."""
 
 from __future__ import annotations
 

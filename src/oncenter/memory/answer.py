@@ -1,24 +1,21 @@
-"""The answer of drives that start with a truck's memory, and the memory after them."""
+"""The answer of a truck's new drive together with those in its memory, and the memory after it."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimates.estimates import DEFAULT_METHOD, Method
-from oncenter.memory.drive import priors, with_drive, with_remembered_product
 from oncenter.memory.log import start_of_drive
-from oncenter.memory.truck import TruckMemory
+from oncenter.memory.truck import PastDrive, Remembered, TruckMemory, settings_of
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
-from oncenter.offset.several_logs import with_zero
-from oncenter.signals import DEGREE, Signals
-from oncenter.truck.drives import offset_alone, together
+from oncenter.signals import Signals
+from oncenter.truck.events import Event
 from oncenter.truck.fingerprint import fingerprint_of
-from oncenter.truck.model import learn
-from oncenter.truck.priors import priors_of
 from oncenter.vehicle import Vehicle
 
 _USES_MEMORY: Method = "joint"
@@ -32,16 +29,17 @@ def offset_with_memory(
     *,
     method: Method = DEFAULT_METHOD,
     params: Mapping[str, float] | None = None,
+    events: Sequence[Event] = (),
     progress: Callable[[float], None] | None = None,
 ) -> tuple[Answer, TruckMemory]:
-    """The answer of `oncenter.offset`, and the memory to keep.
+    """The answer of `oncenter.offset` on these drives and those in the memory, and the memory to keep.
 
-    If one of the drives, or a part of it, is in the memory already, all start without it and add nothing: it contains
-    their evidence.
+    A drive that is in the memory already, or a part of it, counts once.
 
     Args:
-        drives, vehicle, method, params, progress: as for `oncenter.offset`; `params` override the memory.
+        drives, vehicle, method, params, progress: as for `oncenter.offset`.
         memory: of this truck, before these drives.
+        events: what a person states of the truck, in addition to the memory's.
 
     Raises:
         OncenterError: as `oncenter.offset`; "method", exit code 2: another method than "joint".
@@ -50,28 +48,53 @@ def offset_with_memory(
         raise OncenterError(
             f"a memory needs method '{_USES_MEMORY}', got '{method}'", code="method", exit_code=WRONG_USAGE
         )
-    keys = {drive.log: fingerprint_of(drive) for drive in drives}
-    if any(map(memory.has, keys.values())):
-        answer = offset(drives, vehicle, method=method, params=params, progress=progress)
-        return _noted(answer, _again([log for log, key in keys.items() if memory.has(key)])), memory
-    vehicle = with_remembered_product(vehicle, memory)
-    start_s = max((start_of_drive(drive, _path(drive)) for drive in drives), default=0.0)
-    started_from = priors(memory, vehicle, start_s)
-    answer = offset(drives, vehicle, method=method, params={**started_from, **(params or {})}, progress=progress)
-    after = with_drive(memory, answer, keys, start_s, started_from)
-    answer = _with_zero(_noted(answer, _started(started_from)), after)
-    return (_noted(answer, _NOTHING_ADDED) if after == memory else answer), after
+    dated = [replace(drive, start_s=start_of_drive(drive, _path(drive))) for drive in drives]
+    keys = {drive.log: fingerprint_of(drive) for drive in dated}
+    again = [log for log, key in keys.items() if memory.has(key)]
+    memory = replace(memory, events=tuple(sorted({*memory.events, *events}, key=lambda event: event.time_s)))
+    vehicle = _with_remembered_product(vehicle, memory)
+    settings = settings_of(vehicle, params)
+    others = replace(memory, drives=tuple(d for d in memory.drives if not any(d.is_of(keys[log]) for log in again)))
+    rows = others.rows_of(vehicle, params)
+    answer = offset(
+        dated,
+        vehicle,
+        method=method,
+        params=params,
+        before=rows,
+        events=memory.events,
+        progress=progress,
+    )
+    answer = _noted(answer, _again(again))
+    answer = _noted(answer, _left_out(len(others.drives) - len(rows)))
+    if answer.sensor_fault != "none" or answer.offset.status == "invalid":
+        return _noted(answer, _NOTHING_ADDED), memory
+    after = replace(
+        memory,
+        vin=memory.vin or answer.vin,
+        drives=(*others.drives, *_added(answer, keys, settings)),
+        ratio_times_wheelbase=_product(answer) or memory.ratio_times_wheelbase,
+    )
+    return answer, memory if again and len(again) == len(keys) else after
 
 
-def _with_zero(answer: Answer, memory: TruckMemory) -> Answer:
-    """The answer with what the remembered offsets say of the sensor's zero."""
-    past = [drive for drive in memory.drives if drive.offset is not None and drive.offset_sd is not None]
-    if answer.zero != "fixed" or not past:
-        return answer
-    ratio, side = answer.vehicle.ratio_near_centre, answer.vehicle.traffic_sign
-    drives = [offset_alone(drive.offset or 0.0, drive.offset_sd or 0.0, ratio, side) for drive in past]
-    model = learn(together([drives]), priors_of(answer.params))
-    return with_zero(answer, model)
+def _added(answer: Answer, keys: Mapping[str, str], settings: str) -> list[PastDrive]:
+    return [PastDrive(tuple(keys[log] for log in row.logs if log in keys), row, settings) for row in answer.rows]
+
+
+def _with_remembered_product(vehicle: Vehicle, memory: TruckMemory) -> Vehicle:
+    """The vehicle with the remembered ratio times wheelbase in place of an assumed one."""
+    if not vehicle.assumed or memory.ratio_times_wheelbase is None:
+        return vehicle
+    return vehicle.with_product(memory.ratio_times_wheelbase.value) or vehicle
+
+
+def _product(answer: Answer) -> Remembered | None:
+    found = answer.ratio_times_wheelbase
+    if not answer.vehicle.assumed or found.value is None or found.ci95 is None or found.status != "valid":
+        return None
+    sd = (found.ci95[1] - found.ci95[0]) / (2.0 * 1.96)
+    return Remembered(found.value, sd) if sd > 0.0 and math.isfinite(sd) else None
 
 
 def _path(drive: Signals) -> Path | None:
@@ -85,24 +108,17 @@ def _noted(answer: Answer, note: str) -> Answer:
 
 
 def _again(logs: Sequence[str]) -> str:
-    is_one = len(logs) == 1
+    if not logs:
+        return ""
+    verb = "is" if len(logs) == 1 else "are"
+    return f"{', '.join(logs)} {verb} in the truck's memory already and counts once"
+
+
+def _left_out(count: int) -> str:
+    if not count:
+        return ""
+    drives = "1 drive" if count == 1 else f"{count} drives"
     return (
-        f"{', '.join(logs)} {'is' if is_one else 'are'} in the truck's memory already: this answer does not use the "
-        "memory and adds nothing to it"
+        f"{drives} of the truck's memory were answered by another version of oncenter or with another vehicle file, and "
+        "do not count: give their logs again with a new memory file"
     )
-
-
-def _started(priors_used: Mapping[str, float]) -> str:
-    """The priors of the drive with standard deviations; empty where the memory was empty."""
-    parts = [
-        f"{words} {priors_used[name.format('')] / factor:.{digits}f}"
-        f" ±{priors_used[name.format('_sd')] / factor:.{digits}f} {unit}"
-        for words, name, factor, digits, unit in (
-            ("play", "known_play{}_rad", DEGREE, 1, "deg"),
-            ("understeer gradient", "known_understeer_gradient{}_rad_m_s2", DEGREE, 2, "deg/(m/s^2)"),
-            ("yaw rate bias", "known_yaw_rate_bias{}_rad_s", DEGREE, 2, "deg/s"),
-            ("accelerometer bias", "known_accelerometer_bias{}_m_s2", 1.0, 2, "m/s^2"),
-        )
-        if name.format("") in priors_used
-    ]
-    return f"priors from the truck's memory: {', '.join(parts)} (one standard deviation)" if parts else ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -15,97 +16,114 @@ from oncenter.files.file_name import printable
 from oncenter.files.toml_file import read_toml, refusal
 from oncenter.files.toml_text import entry
 from oncenter.files.whole_file import write_whole
-from oncenter.memory.truck import Load, PastDrive, Remembered, TruckMemory
+from oncenter.memory.truck import PastDrive, Remembered, TruckMemory
 from oncenter.signals import DEGREE
+from oncenter.truck.events import Event
+from oncenter.truck.row import Row, modes_as_text, modes_in
 from oncenter.utc import iso
 
-SCHEMA = "oncenter/truck-1"
+SCHEMA, _FORMER = "oncenter/truck-2", "oncenter/truck-1"
 _CODE = "memory_file"  # of errors
-_HEAD = "# Estimates of oncenter for this truck: `oncenter offset --memory` reads and updates this file.\n"
+_HEAD = "# Drives of this truck: `oncenter offset --memory` reads and updates this file.\n"
 
 _Value = Annotated[float, Field(allow_inf_nan=False)]
+_Spread = Annotated[float, Field(allow_inf_nan=False, gt=0)]
+_Seconds = Annotated[float, Field(allow_inf_nan=False, ge=0, le=1e9)]
+_Text = Annotated[str, Field(max_length=1000)]
 
 
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class _Play(_Table):
-    value_deg: Annotated[_Value, Field(ge=0, le=34)]
-    sd_deg: Annotated[_Value, Field(gt=0, le=34)]
-    date: datetime
-
-    def remembered(self) -> Remembered:
-        return Remembered(self.value_deg * DEGREE, self.sd_deg * DEGREE, _seconds(self.date))
-
-
-class _YawRateBias(_Table):
-    value_deg_s: Annotated[_Value, Field(ge=-11, le=11)]
-    sd_deg_s: Annotated[_Value, Field(gt=0, le=57)]
-    date: datetime
-
-    def remembered(self) -> Remembered:
-        return Remembered(self.value_deg_s * DEGREE, self.sd_deg_s * DEGREE, _seconds(self.date))
-
-
-class _Accelerometer(_Table):
-    value_m_s2: Annotated[_Value, Field(ge=-0.9, le=0.9)]
-    sd_m_s2: Annotated[_Value, Field(gt=0, le=10)]
-    date: datetime
-
-    def remembered(self) -> Remembered:
-        return Remembered(self.value_m_s2, self.sd_m_s2, _seconds(self.date))
-
-
-class _Wheelbase(_Table):
-    value_m: Annotated[_Value, Field(ge=0.6, le=30)]
-    sd_m: Annotated[_Value, Field(gt=0, le=10)]
-    date: datetime
-
-    def remembered(self) -> Remembered:
-        return Remembered(self.value_m, self.sd_m, _seconds(self.date))
-
-
 class _Product(_Table):
     value_m: Annotated[_Value, Field(ge=1, le=1200)]
-    sd_m: Annotated[_Value, Field(gt=0, le=1200)]
+    sd_m: Annotated[_Spread, Field(le=1200)]
+
+
+class _Event(_Table):
+    kind: Literal["calibrated", "repaired", "changed", "another_truck"]
     date: datetime
+    by_deg: _Value | None = None
 
-    def remembered(self) -> Remembered:
-        return Remembered(self.value_m, self.sd_m, _seconds(self.date))
+    def event(self) -> Event:
+        return Event(_seconds(self.date), self.kind, None if self.by_deg is None else self.by_deg * DEGREE)
 
 
-class _Gradient(_Table):
-    value_deg_m_s2: Annotated[_Value, Field(ge=-5, le=5)]
-    sd_deg_m_s2: Annotated[_Value, Field(gt=0, le=5)]
+class _Drive(_Table):
+    """The keys of a `[[drives]]`, beside those of `_NUMBERS`: by name, the member of a Row and its unit."""
+
+    fingerprints: Annotated[list[_Text], Field(max_length=1000)]
+    logs: Annotated[list[_Text], Field(max_length=1000)] = []
+    settings: _Text
     date: datetime
-    drives: Annotated[int, Field(ge=1, le=1_000_000_000)]
-
-    def remembered(self) -> Remembered:
-        return Remembered(self.value_deg_m_s2 * DEGREE, self.sd_deg_m_s2 * DEGREE, _seconds(self.date))
-
-
-class _PastDrive(_Table):
-    log: Annotated[str, Field(max_length=200)]
-    date: datetime
-    offset_deg: _Value | None = None
-    offset_sd_deg: Annotated[_Value, Field(gt=0)] | None = None
     status: Annotated[str, Field(max_length=100)]
+    measured: bool
+    gradient_deg_m_s2: _Value
+    gradient_sd_deg_m_s2: _Spread
+    wheelbase_share_1: Annotated[_Value, Field(gt=-1)]
+    wheelbase_share_sd_1: _Spread
+    friction_m_s2: Annotated[_Value, Field(ge=0)]
+    creep_deg_s_per_m_s2: Annotated[_Value, Field(ge=0)]
+    bank_m_s2: _Value | None = None
+    bank_variance_m2_s4: _Value | None = None
+    standing_m_s2: _Value | None = None
+    ratio: _Spread
+    side: Annotated[_Value, Field(ge=-1, le=1)]
+    used_s: _Seconds
+    left_s: _Seconds
+    right_s: _Seconds
+    moved_deg: _Value = 0.0
+    moved_sd_deg: Annotated[_Value, Field(ge=0)] = 0.0
+    evidence: Annotated[str, Field(max_length=2000)]
 
     def drive(self) -> PastDrive:
-        return PastDrive(self.log, _seconds(self.date), _rad(self.offset_deg), _rad(self.offset_sd_deg), self.status)
+        """
+        Raises:
+            ValueError: the text of the evidence is damaged.
+        """
+        numbers = {
+            member: math.nan if (value := getattr(self, name)) is None else value * unit
+            for name, member, unit in _NUMBERS
+        }
+        row = Row(
+            modes=modes_in(self.evidence),
+            status=self.status,
+            measured=self.measured,
+            start_s=_seconds(self.date),
+            logs=tuple(self.logs),
+            **numbers,
+        )
+        return PastDrive(tuple(self.fingerprints), row, self.settings)
+
+
+_NUMBERS = (
+    ("gradient_deg_m_s2", "gradient", DEGREE),
+    ("gradient_sd_deg_m_s2", "gradient_sd", DEGREE),
+    ("wheelbase_share_1", "wheelbase", 1.0),
+    ("wheelbase_share_sd_1", "wheelbase_sd", 1.0),
+    ("friction_m_s2", "friction", 1.0),
+    ("creep_deg_s_per_m_s2", "creep", DEGREE),
+    ("bank_m_s2", "bank", 1.0),
+    ("bank_variance_m2_s4", "bank_variance", 1.0),
+    ("standing_m_s2", "standing", 1.0),
+    ("ratio", "ratio", 1.0),
+    ("side", "side", 1.0),
+    ("used_s", "used_s", 1.0),
+    ("left_s", "left_s", 1.0),
+    ("right_s", "right_s", 1.0),
+    ("moved_deg", "moved", DEGREE),
+    ("moved_sd_deg", "moved_sd", DEGREE),
+)
 
 
 class _File(_Table):
-    schema_: Literal["oncenter/truck-1"] = Field(alias="schema")
+    schema_: Literal["oncenter/truck-2"] = Field(alias="schema")
     truck: str
-    play: _Play | None = None
-    yaw_rate_bias: _YawRateBias | None = None
-    accelerometer_bias: _Accelerometer | None = None
-    equivalent_wheelbase: _Wheelbase | None = None
+    vin: Annotated[str, Field(max_length=100)] | None = None
     ratio_times_wheelbase: _Product | None = None
-    understeer_gradient: list[_Gradient] = []
-    drives: list[_PastDrive] = []
+    events: list[_Event] = []
+    drives: list[_Drive] = []
 
 
 def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
@@ -122,6 +140,12 @@ def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
     if not Path(path).exists():
         return TruckMemory(truck)
     values = read_toml(path, what, code=_CODE)
+    if values.get("schema") == _FORMER:
+        raise refusal(
+            f"{what} is of a former version of oncenter, which kept estimates and no drives: name a new file, and give "
+            "it the logs of the former drives again",
+            _CODE,
+        )
     if values.get("schema") != SCHEMA:
         raise refusal(f"{what} has schema {values.get('schema')!r} instead of {SCHEMA!r}", _CODE)
     try:
@@ -134,35 +158,23 @@ def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
         raise refusal(
             f"{what} belongs to truck '{file.truck}', not to '{truck}': give this truck its own memory file", _CODE
         )
-    return _memory_of(file, what)
-
-
-def _memory_of(file: _File, what: str) -> TruckMemory:
     try:
+        product = file.ratio_times_wheelbase
         return TruckMemory(
-            file.truck,
-            None if file.play is None else file.play.remembered(),
-            None if file.yaw_rate_bias is None else file.yaw_rate_bias.remembered(),
-            None if file.accelerometer_bias is None else file.accelerometer_bias.remembered(),
-            None if file.equivalent_wheelbase is None else file.equivalent_wheelbase.remembered(),
-            tuple(Load(each.remembered(), each.drives) for each in file.understeer_gradient),
-            tuple(each.drive() for each in file.drives),
-            None if file.ratio_times_wheelbase is None else file.ratio_times_wheelbase.remembered(),
+            truck=file.truck,
+            vin=file.vin,
+            drives=tuple(each.drive() for each in file.drives),
+            events=tuple(each.event() for each in file.events),
+            ratio_times_wheelbase=None if product is None else Remembered(product.value_m, product.sd_m),
         )
+    except ValueError as error:
+        raise refusal(f"{what}: 'drives.evidence': {error}", _CODE) from None
     except OverflowError as error:  # a date outside the calendar
-        raise _noiso(what, error) from None
-
-
-def _noiso(what: str, error: Exception) -> OncenterError:
-    return refusal(f"{what} has an impossible date: {error}", _CODE)
+        raise refusal(f"{what} has an impossible date: {error}", _CODE) from None
 
 
 def _seconds(date: datetime) -> float:
     return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
-
-
-def _rad(angle_deg: float | None) -> float | None:
-    return None if angle_deg is None else angle_deg * DEGREE
 
 
 def write_memory(path: str | os.PathLike[str], memory: TruckMemory) -> None:
@@ -181,34 +193,36 @@ def text_of(memory: TruckMemory) -> str:
 def _lines(memory: TruckMemory) -> Iterator[str]:
     yield entry("schema", SCHEMA)
     yield entry("truck", printable(memory.truck))
-    for name, remembered, unit, factor in (
-        ("play", memory.play, "deg", DEGREE),
-        ("yaw_rate_bias", memory.yaw_rate_bias, "deg_s", DEGREE),
-        ("accelerometer_bias", memory.accelerometer_bias, "m_s2", 1.0),
-        ("equivalent_wheelbase", memory.equivalent_wheelbase, "m", 1.0),
-        ("ratio_times_wheelbase", memory.ratio_times_wheelbase, "m", 1.0),
-    ):
-        if remembered is not None:
-            yield f"\n[{name}]"
-            yield from _value_lines(remembered, unit, factor)
-    for load in memory.loads:
-        yield "\n[[understeer_gradient]]"
-        yield from _value_lines(load.gradient, "deg_m_s2", DEGREE)
-        yield entry("drives", load.drives)
+    if memory.vin is not None:
+        yield entry("vin", printable(memory.vin))
+    if memory.ratio_times_wheelbase is not None:
+        yield "\n[ratio_times_wheelbase]"
+        yield entry("value_m", _rounded(memory.ratio_times_wheelbase.value))
+        yield entry("sd_m", _rounded(memory.ratio_times_wheelbase.sd))
+    for event in memory.events:
+        yield "\n[[events]]"
+        yield entry("kind", event.kind)
+        yield f"date = {iso(event.time_s)}"
+        if event.by_rad is not None:
+            yield entry("by_deg", _rounded(event.by_rad / DEGREE))
     for drive in memory.drives:
         yield "\n[[drives]]"
-        yield entry("log", printable(drive.key))
-        yield f"date = {iso(drive.start_s)}"
-        if drive.offset is not None and drive.offset_sd is not None:
-            yield entry("offset_deg", _rounded(drive.offset / DEGREE))
-            yield entry("offset_sd_deg", _rounded(drive.offset_sd / DEGREE))
-        yield entry("status", printable(drive.status))
+        yield from _drive_lines(drive)
 
 
-def _value_lines(remembered: Remembered, unit: str, factor: float) -> Iterator[str]:
-    yield entry(f"value_{unit}", _rounded(remembered.value / factor))
-    yield entry(f"sd_{unit}", _rounded(remembered.sd / factor))
-    yield f"date = {iso(remembered.date_s)}"
+def _drive_lines(drive: PastDrive) -> Iterator[str]:
+    row = drive.row
+    yield f"date = {iso(row.start_s)}"
+    yield entry("fingerprints", list(drive.key))
+    yield entry("logs", [printable(log) for log in row.logs])
+    yield entry("settings", printable(drive.settings))
+    yield entry("status", printable(row.status))
+    yield entry("measured", row.measured)
+    for name, member, unit in _NUMBERS:
+        value = getattr(row, member) / unit
+        if math.isfinite(value):
+            yield entry(name, _rounded(value))
+    yield entry("evidence", modes_as_text(row.modes))
 
 
 def _rounded(value: Any) -> float:

@@ -1,95 +1,73 @@
-"""Remembered values of one truck, and their ageing. SI and rad; times in s since 1970."""
+"""What is kept of a truck: a row of evidence for each drive, and what a person stated. SI and rad."""
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
+from oncenter import _core
+from oncenter.offset.inputs import params_of
+from oncenter.truck.events import Event
 from oncenter.truck.fingerprint import are_same
-
-DAY_S = 86400.0
-
-
-@dataclass(frozen=True)
-class Remembered:
-    """A quantity, its standard deviation, and the time at which both hold."""
-
-    value: float
-    sd: float
-    date_s: float
-
-    def aged(self, at_s: float, sd_per_root_day: float, sd_between: float = 0.0, sd_min: float = 0.0) -> Remembered:
-        """The quantity as the prior of another drive.
-
-        Args:
-            at_s: begin of that drive; before `date_s` it counts like after it.
-            sd_per_root_day: of a random walk, which grows with the square root of time.
-            sd_between: additional difference from drive to drive.
-            sd_min: lower limit, since the errors of many drives have a common part.
-        """
-        days = abs(at_s - self.date_s) / DAY_S
-        sd = math.sqrt(self.sd**2 + sd_per_root_day**2 * days + sd_between**2)
-        return Remembered(self.value, max(sd, sd_min), at_s)
-
-    def combined(self, other: Remembered) -> Remembered:
-        """The combination of two independent values by Bayes; the date is the later one."""
-        own, others = 1.0 / self.sd**2, 1.0 / other.sd**2
-        total = own + others
-        return Remembered(
-            (own * self.value + others * other.value) / total, math.sqrt(1.0 / total), max(self.date_s, other.date_s)
-        )
-
-    def without(self, prior: Remembered) -> Remembered | None:
-        """The result of a drive without the prior that it contains; None where no evidence is left."""
-        left = 1.0 / self.sd**2 - 1.0 / prior.sd**2
-        if not left > 0.0:
-            return None
-        value = (self.value / self.sd**2 - prior.value / prior.sd**2) / left
-        return Remembered(value, math.sqrt(1.0 / left), self.date_s)
-
-
-@dataclass(frozen=True)
-class Load:
-    """The understeer gradient at one load, rad/(m/s^2), and its number of drives."""
-
-    gradient: Remembered
-    drives: int
+from oncenter.truck.row import Row
+from oncenter.vehicle import Vehicle
 
 
 @dataclass(frozen=True)
 class PastDrive:
-    """A drive in the memory: its fingerprint, its begin and its offset (rad), which is no prior."""
+    """A drive in the memory.
 
-    key: str
-    start_s: float
-    offset: float | None
-    offset_sd: float | None
-    status: str
+    Attributes:
+        key: fingerprint of its signals, of each of its logs.
+        row: what it says of the truck alone.
+        settings: of the answer; rows of other settings do not combine.
+    """
+
+    key: tuple[str, ...]
+    row: Row
+    settings: str
+
+    def is_of(self, key: str) -> bool:
+        return any(are_same(key, known) for known in self.key)
+
+
+@dataclass(frozen=True)
+class Remembered:
+    """A quantity and its standard deviation."""
+
+    value: float
+    sd: float
 
 
 @dataclass(frozen=True)
 class TruckMemory:
-    """Estimates from the drives of a truck; None where no drive identified a quantity.
+    """A truck's drives.
 
     Attributes:
         truck: the vehicle file's name.
-        play: rad, full width at the steering wheel, friction hysteresis included.
-        yaw_rate_bias: rad/s, at the end of the last drive.
-        accelerometer_bias: m/s^2, from standstills; its standard deviation includes the slope of the ground.
-        equivalent_wheelbase: m.
+        vin: as a log had it; None where none had.
+        drives: in order of their answers.
+        events: what a person stated, in order of time.
         ratio_times_wheelbase: m, of a truck whose vehicle file does not give both.
-        loads: gradients, one per load.
-        drives: the last ones, oldest first.
     """
 
     truck: str
-    play: Remembered | None = None
-    yaw_rate_bias: Remembered | None = None
-    accelerometer_bias: Remembered | None = None
-    equivalent_wheelbase: Remembered | None = None
-    loads: tuple[Load, ...] = ()
+    vin: str | None = None
     drives: tuple[PastDrive, ...] = ()
+    events: tuple[Event, ...] = ()
     ratio_times_wheelbase: Remembered | None = None
 
+    def rows_of(self, vehicle: Vehicle, params: Mapping[str, float] | None = None) -> list[Row]:
+        """Of the drives that were answered by the same core with the same truck and params."""
+        settings = settings_of(vehicle, params)
+        return [drive.row for drive in self.drives if drive.settings == settings]
+
     def has(self, key: str) -> bool:
-        return any(are_same(key, drive.key) for drive in self.drives)
+        return any(drive.is_of(key) for drive in self.drives)
+
+
+def settings_of(vehicle: Vehicle, params: Mapping[str, float] | None) -> str:
+    """Rows combine where the core, the truck and the use of the accelerometer are the same."""
+    used = params_of(vehicle, params)
+    product = "unknown" if vehicle.assumed else f"{vehicle.ratio_times_wheelbase_m:.4g} m"
+    return f"oncenter {_core.version()}, {product}, accelerometer {int(used['use_accelerometer'])}"

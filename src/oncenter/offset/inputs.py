@@ -45,7 +45,8 @@ def with_torque(
 
 
 def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
-    """The drives by their first time stamp; in the given order where they overlap, as logs do that all start at zero.
+    """The drives by their dates, else by their first time stamp; in the given order where they overlap, as logs do that
+    all start at zero and have no date.
 
     Raises:
         OncenterError: "no_drive", exit code 2: there is none.
@@ -54,6 +55,8 @@ def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
         raise OncenterError(
             "no drive was given: give at least one from oncenter.read", code="no_drive", exit_code=WRONG_USAGE
         )
+    if all(drive.begin_s is not None for drive in drives):
+        return tuple(sorted(drives, key=lambda drive: drive.begin_s or 0.0))
     by_time = sorted(drives, key=lambda drive: float(drive.columns["time_s"][0]))
     apart = all(
         float(before.columns["time_s"][-1]) < float(after.columns["time_s"][0]) for before, after in pairwise(by_time)

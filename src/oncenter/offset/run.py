@@ -55,6 +55,7 @@ from oncenter.plausibility.signal_fault import SignalFault, finding_of, has_sign
 from oncenter.plausibility.values_left_out import values_left_out
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
+from oncenter.truck.events import Event
 from oncenter.truck.row import Row, row_of
 from oncenter.vehicle import JOINT_DOES, UNKNOWN_TRUCK, Vehicle, core_of, core_params, require_truck, vehicle_of
 
@@ -74,6 +75,8 @@ def offset(
     *,
     method: Method = DEFAULT_METHOD,
     params: Mapping[str, float] | None = None,
+    before: Sequence[Row] = (),
+    events: Sequence[Event] = (),
     progress: Callable[[float], None] | None = None,
 ) -> Answer:
     """The steering wheel angle offset from one drive, or from several of one truck.
@@ -87,6 +90,9 @@ def offset(
             docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one
             where the log has it), whose track width the vehicle file must give.
         params: override the vehicle's; names and units as in core/truck/params.h.
+        before: `Answer.rows` of other drives of this truck, answered with the same vehicle and params; of the joint
+            method. The answer is the truck's by all drives.
+        events: what a person states of the truck, see `oncenter.truck.events`; of the joint method.
         progress: called with the fraction done.
 
     Raises:
@@ -108,7 +114,8 @@ def offset(
     drives, unfit = without_unfit_wheels(recorded, vehicle)
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
-    answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, progress)
+    past = _Past(tuple(before), tuple(events))
+    answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, past, progress)
     answer = with_fitting_bends(with_offsets_of_both_axles(answer), recorded)
     return replace(
         answer,
@@ -127,16 +134,17 @@ def _of_all(
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
+    past: _Past,
     progress: Callable[[float], None] | None,
 ) -> Answer:
     """The answer with the wheelbase that fits where the file's is wrong."""
-    result = _result(logs, vehicle, params, method, progress)
+    result = _result(logs, vehicle, params, method, past, progress)
     if method != "joint":
         return _whole(result, vehicle, method, params)
     if vehicle.assumed:
-        return _of_unknown(result, logs, vehicle, params)
+        return _of_unknown(result, logs, vehicle, params, past)
     fitted = fitted_vehicle(
-        result.native, logs, vehicle, params, lambda other: _result(logs, other, params, method, None).native
+        result.native, logs, vehicle, params, lambda other: _result(logs, other, params, method, _Past(), None).native
     )
     if fitted is None:
         return _whole(result, vehicle, method, params)
@@ -145,20 +153,22 @@ def _of_all(
         answer = _whole(result, vehicle, method, params)
         fault = SignalFault("scale", ("steering_wheel_angle", "yaw_rate"), factor, answer.sources, vehicle)
         return without_estimates(answer, fault)
-    answer = _whole(_result(logs, fitted, params, method, None), fitted, method, params)
+    answer = _whole(_result(logs, fitted, params, method, past, None), fitted, method, params)
     return replace(answer, findings=(far_off(fitted, vehicle), *answer.findings))
 
 
-def _of_unknown(result: _Result, logs: tuple[Signals, ...], vehicle: Vehicle, params: Mapping[str, float]) -> Answer:
+def _of_unknown(
+    result: _Result, logs: tuple[Signals, ...], vehicle: Vehicle, params: Mapping[str, float], past: _Past
+) -> Answer:
     """The answer of further passes with the ratio times wheelbase that the drives show."""
     for _ in range(_PASSES_MAX - 1):
         fitted = with_fitted_product(result.native, vehicle, params)
         if fitted is None:
             break
-        vehicle, result = fitted, _result(logs, fitted, params, "joint", None)
+        vehicle, result = fitted, _result(logs, fitted, params, "joint", past, None)
     if not lacks_axles(vehicle, params):
         return _whole(result, vehicle, "joint", params)
-    of_one_axle = _result(logs, vehicle, {**params, SIDE_FORCE: 0.0}, "joint", None)
+    of_one_axle = _result(logs, vehicle, {**params, SIDE_FORCE: 0.0}, "joint", past, None)
     sd = sd_by_layout(result.native, of_one_axle.native)
     by_layout_of = result._replace(native=_wider(result.native, sd), layout_sd=sd)
     answer = _whole(by_layout_of, vehicle, "joint", params)
@@ -173,6 +183,13 @@ def _wider(native: _core.OcAnswer, sd: float) -> _core.OcAnswer:
     wider["offset"] = wider["offset"].copy()
     wider["offset"]["standard_deviation"] = math.hypot(wider["offset"]["standard_deviation"], sd)
     return wider
+
+
+class _Past(NamedTuple):
+    """What else counts of the truck: rows of other drives, and what a person stated."""
+
+    rows: tuple[Row, ...] = ()
+    events: tuple[Event, ...] = ()
 
 
 class _Run(NamedTuple):
@@ -191,7 +208,8 @@ class _Run(NamedTuple):
         sd = math.hypot(*(change.sd_rad or 0.0 for change in moved))
         begin_s = self.logs[0].begin_s
         start_s = math.nan if begin_s is None else begin_s
-        return row_of(self.core, self.native, vehicle, params, start_s, (size, sd))
+        names = tuple(log.log for log in self.logs)
+        return row_of(self.core, self.native, vehicle, params, start_s, (size, sd), names)
 
 
 class _Result(NamedTuple):
@@ -213,6 +231,7 @@ def _result(
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
+    past: _Past,
     progress: Callable[[float], None] | None,
 ) -> _Result:
     """By the joint method each drive is answered alone, and the truck's model combines them."""
@@ -220,13 +239,13 @@ def _result(
     runs = [_run_over(drive, vehicle, params, method, progress) for drive in drives]
     fit = [run for run in runs if not has_signal_fault(run.native)] or runs[-1:]
     left_out = tuple(_left_out(run.native, run.logs, vehicle) for run in runs if not any(run is each for each in fit))
-    if len(fit) == 1:
+    if len(fit) == 1 and not past.rows:
         return _Result(*fit[0][:3], tuple(fit[0].logs), fit, left_out=left_out)
     from oncenter.offset.several_logs import Drive, changes_of_all, combined  # late: one log needs no model
 
-    drives_of_truck = [Drive(run.row(vehicle, params), tuple(run.logs), run.native, run.changes) for run in fit]
-    together = combined(drives_of_truck, params)
-    since = tuple(log for drive in together.drives for log in drive.logs)
+    answered = [Drive(run.row(vehicle, params), tuple(run.logs), run.native, run.changes) for run in fit]
+    together = combined([*map(Drive, past.rows), *answered], params, past.events)
+    since = tuple(log for drive in together.drives for log in drive.logs) or answered[-1].logs
     return _Result(together.native, changes_of_all(together), coarseness_of(since), since, fit, together, left_out)
 
 

@@ -60,11 +60,17 @@ class Together:
         return OffsetBy(other.offset, other.own, (middle - half_width, middle + half_width))
 
 
-def combined(drives: Sequence[Drive], params: Mapping[str, float], events: Sequence[Event] = ()) -> Together:
-    """All drives of a truck, in order of time, by the joint method; some of them were answered now."""
+def combined(given: Sequence[Drive], params: Mapping[str, float], events: Sequence[Event] = ()) -> Together:
+    """All drives of a truck by the joint method; some of them were answered now, and stand last. Drives without a date
+    keep their places."""
+    drives = list(given)
+    if all(math.isfinite(drive.row.start_s) for drive in drives):
+        drives.sort(key=lambda drive: drive.row.start_s)
     answered = tuple(drive for drive in drives if drive.native is not None)
     last = answered[-1]
     assert last.native is not None
+    moved = max((event.time_s for event in events if event.kind == "another_truck"), default=-math.inf)
+    drives = [drive for drive in drives if drive is last or not drive.row.start_s < moved]
     if any(is_relative(log) for log in last.logs):
         return Together((last,), last.native, tuple(drives[:-1]), None, None, answered)
     usable = [k for k, drive in enumerate(drives) if drive.row.is_usable]
@@ -225,8 +231,8 @@ def with_logs(answer: Answer, together: Together) -> Answer:
     answer = replace(_with_zero(answer, truck), pull=Pull(truck.pull, truck.pull_sd, truck.pull_effect / DEGREE))
     if together.step is not None:
         later = next((c.offset_before_rad for c in answer.changes if c.kind != "bends"), value)
-        change = _change(answer, later, together.step)
-        before = [log for drive in together.before for log in drive.logs]
+        change = _change(together.drives[0], later, together.step)
+        before = [log for drive in together.before for log in drive.row.logs]
         changed = (_offset_changed if change.kind == "offset" else _moved)(change, before)
         answer = replace(answer, changes=(change, *answer.changes), findings=(changed, *answer.findings))
     findings = [each for each in answer.findings if each.code != "interval"]
@@ -245,13 +251,12 @@ def _with_zero(answer: Answer, truck: Truck) -> Answer:
     return replace(answer, zero=truck.zero, findings=(found, *kept))
 
 
-def _change(answer: Answer, offset: float, step: now.Change) -> Change:
-    first = answer.drives[0]
+def _change(first: Drive, offset: float, step: now.Change) -> Change:
     return Change(
         kind=kind_of_offset(step.size, step.sd),
         drive=0,
-        log=first.log,
-        time_s=float(first.columns["time_s"][0]),
+        log=first.row.logs[0] if first.row.logs else "",
+        time_s=float(first.logs[0].columns["time_s"][0]) if first.logs else first.row.start_s,
         into_log_s=0.0,
         offset_before_rad=offset - step.size,
         offset_after_rad=offset,
@@ -261,23 +266,23 @@ def _change(answer: Answer, offset: float, step: now.Change) -> Change:
 
 
 @finding("offset_changed", "warning", "deg")
-def _offset_changed(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
+def _offset_changed(found: Kind, change: Change, before: Sequence[str]) -> Finding:
     """The offset changed between two logs by more than load, ride height or wind explain."""
     return _between(found, change, before)
 
 
 @finding("straight_ahead_moved", "info", "deg")
-def _moved(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
+def _moved(found: Kind, change: Change, before: Sequence[str]) -> Finding:
     """The offset changed between two logs by no more than load, ride height or wind explain."""
     return _between(found, change, before)
 
 
-def _between(found: Kind, change: Change, before: Sequence[Signals]) -> Finding:
+def _between(found: Kind, change: Change, before: Sequence[str]) -> Finding:
     assert change.size_rad is not None and change.sd_rad is not None
     size = change.size_rad / DEGREE
-    names = ", ".join(drive.log for drive in before)
+    names = ", ".join(before)
     return found(
-        f"between {before[-1].log} and {change.log} the straight-ahead offset changed by {size:+.1f}"
+        f"between {before[-1]} and {change.log} the straight-ahead offset changed by {size:+.1f}"
         f" ±{1.96 * change.sd_rad / DEGREE:.1f} deg, from {number(change.offset_before_rad, 1)} to"
         f" {number(change.offset_after_rad, 1)} deg. The reported offset uses only the logs from {change.log} on. If"
         " nobody worked on the truck, check the sensor and its mounting. For the offset before, run oncenter offset"

@@ -32,6 +32,7 @@ _ANYWHERE_INFORMATION = 1e-3  # 1/rad^2, against a division by zero
 _PROBABLE = 0.5  # a change that is reported
 _SURE = 0.9  # a zero that is not fixed
 _ZERO_DRIVES_MIN = 4
+_AMBIGUOUS = 2.0  # widths of the narrowest history
 _PULL_IDENTIFIED = (0.5, 0.8)  # share of the pull's prior variance: below none of the pull is subtracted, above all
 
 
@@ -213,6 +214,7 @@ def priors_of_filter(priors: Priors, first: Row) -> npt.NDArray[np.void]:
     )
     one["changes_per_day"] = priors.changes_per_day
     one["new_variance"] = priors.new_offset_sd_rad**2
+    one["wrong_variance"] = np.square(priors.wrong_sds_rad)
     little, much = np.square(np.array(priors.load_steer_sds_rad) * first.ratio)
     usual, wide = priors.pull_sd_m_s2**2 * np.array([1.0, priors.wide_pull**2])
     tail = priors.wide_pull_probability
@@ -236,7 +238,9 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     common = priors.offset_common_sd_rad**2
     own = _interval(weights, own_mean, np.sqrt(own_variance + common))
     whole = _interval(weights, means[:, OFFSET], np.sqrt(covariances[:, OFFSET, OFFSET] + common))
-    offset = 0.5 * (own[0] + own[1])
+    offset = _core.quantile(weights, own_mean, np.sqrt(own_variance + common), 0.5)
+    half_width = max(own[1] - offset, offset - own[0])  # of several values the most probable one, and all in the interval
+    is_ambiguous = own[1] - own[0] > _AMBIGUOUS * 2.0 * 1.96 * math.sqrt(float(np.min(own_variance)) + common)
     bias, bias_variance = _mixed(weights, means[:, BIAS], covariances[:, BIAS, BIAS])
     play, play_variance = _mixed(weights, means[:, PLAY], covariances[:, PLAY, PLAY])
     row = np.zeros(7)
@@ -245,13 +249,13 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     best = histories[int(np.argmax(weights))]
     offsets, offset_sds = _of_drives(table, (play, play_variance), (neutral, neutral_variance))
     zero = _zero(weights, histories, len(rows))
-    changes = tuple(_changes(weights, histories, best))
+    changes = tuple(_changes(weights, histories, best, priors))
     since, play_since = (_since(weights, histories[name]) for name in ("offset_since", "play_since"))
     flank_s = TUNED["joint_answer.flank_s"]
     recent = rows[play_since:]
     return Truck(
         offset=offset,
-        own=own,
+        own=(offset - half_width, offset + half_width),
         whole=whole,
         accelerometer_bias=bias,
         accelerometer_bias_sd=math.sqrt(bias_variance),
@@ -269,7 +273,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
         zero=zero,
         evidence_s=sum(r.used_s for r in rows[since:]),
         has_flanks=min(sum(r.left_s for r in recent), sum(r.right_s for r in recent)) >= flank_s,
-        is_ambiguous=bool(own[1] - own[0] > 4.0 * 1.96 * math.sqrt(float(np.min(own_variance)) + common)),
+        is_ambiguous=is_ambiguous,
         offsets=offsets,
         offset_sds=offset_sds,
         log_likelihood=float(found["log_likelihood"]),
@@ -334,11 +338,12 @@ def _zero(weights: Numbers, histories: npt.NDArray[np.void], drives: int) -> Zer
     return "fixed"
 
 
-def _changes(weights: Numbers, histories: npt.NDArray[np.void], best: Any) -> list[Change]:
+def _changes(weights: Numbers, histories: npt.NDArray[np.void], best: Any, priors: Priors) -> list[Change]:
     """Those of the most probable history that most histories share, with the values before and after."""
     drives, kinds = histories["change"]["drive"], histories["change"]["kind"]
     there = np.arange(drives.shape[1]) < histories["changes"][:, None]
-    after = {False: (best["mean"][OFFSET], best["covariance"][0]), True: (best["mean"][PLAY], best["covariance"][8])}
+    of_offset = _given_pull(best["mean"][None], best["covariance"].reshape(1, 7, 7), priors.pull_m_s2, 0.0)
+    after = {False: (of_offset[0][0], of_offset[1][0]), True: (best["mean"][PLAY], best["covariance"][8])}
     found: list[Change] = []
     for drive, kind, *before in best["change"][: best["changes"]][::-1].tolist():
         for of_play, alike in _CHANGED.items():

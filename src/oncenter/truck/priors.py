@@ -34,7 +34,8 @@ class Priors:
         new_offset_sd_rad: of an offset after a change.
         zero_probabilities: of a zero that is fixed, moves (by moves_sd_rad from a day to the next), or differs at each
             start (by relative_sd_rad).
-        wrong_valid, wrong_other: probability that a drive says nothing of its truck: 1 of 400 valid drives is wrong.
+        wrong_valid, wrong_other: probability that a drive is wrong, by wrong_sds_rad of its offset and its play: of valid
+            drives 1 of 400.
     """
 
     pull_sd_m_s2: float
@@ -71,6 +72,7 @@ class Priors:
     stated_sd_rad: float = 0.2 * DEGREE
     wrong_valid: float = 0.002
     wrong_other: float = 0.01
+    wrong_sds_rad: tuple[float, float] = (6.0 * DEGREE, 4.0 * DEGREE)
 
     @property
     def region_sd_m_s2(self) -> float:

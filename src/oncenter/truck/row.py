@@ -33,6 +33,10 @@ class Row:
     status: str  # of the offset, by this drive alone
     gradient: float  # rad/(m/s^2)
     gradient_sd: float
+    wheelbase: float  # share by which the equivalent wheelbase is longer than the vehicle file's
+    wheelbase_sd: float
+    friction: float  # m/s^2, of the king pins, by the most probable hypothesis
+    creep: float  # rad/s per m/s^2, of the wheels in their play; 0: the king pins hold them
     bank: float  # m/s^2
     bank_variance: float
     standing: float  # m/s^2
@@ -45,6 +49,7 @@ class Row:
     right_s: float
     moved: float = 0.0  # rad
     moved_sd: float = 0.0
+    logs: tuple[str, ...] = ()  # their names
 
     @property
     def is_usable(self) -> bool:
@@ -59,13 +64,17 @@ def row_of(
     params: Mapping[str, float],
     start_s: float,
     moved: tuple[float, float] = (0.0, 0.0),
+    logs: tuple[str, ...] = (),
 ) -> Row:
     """The row of a drive that the core has run over by the joint method; `native` is its oc_answer."""
     measured = bool(params["use_accelerometer"])
     gradient, standing = native["understeer_gradient"], native["standstill_lateral_acceleration"]
     status = _core.status_of(native["offset"])
     state = core.state()
-    samples = float(state["evidence"]["joint"]["bank_samples"])
+    joint, wheelbase = state["evidence"]["joint"], native["equivalent_wheelbase"]
+    samples = float(joint["bank_samples"])
+    play = joint["hypotheses"][joint["best"]]["play"]
+    friction = float(play["friction"])
     banked = measured and native["bank_time"] > 0.0 and samples > 0.0
     usable = status in ("valid", "converging")
     more = _variance_beside(state, core, native, params) if usable else 0.0
@@ -75,6 +84,10 @@ def row_of(
         status=status,
         gradient=gradient["value"],
         gradient_sd=gradient["standard_deviation"],
+        wheelbase=wheelbase["value"] / vehicle.wheelbase_m - 1.0,
+        wheelbase_sd=wheelbase["standard_deviation"] / vehicle.wheelbase_m,
+        friction=max(friction, 0.0),
+        creep=float(play["creep"]) if friction >= 0.0 else 0.0,
         bank=native["bank_mean"] if banked else math.nan,
         bank_variance=params["crown_sd_m_s2"] ** 2 * _BANK_SAMPLES / samples if banked else math.nan,
         standing=standing["value"] if measured and _core.status_of(standing) == "valid" else math.nan,
@@ -87,6 +100,7 @@ def row_of(
         right_s=native["loaded_right_s"],
         moved=moved[0],
         moved_sd=moved[1],
+        logs=logs,
     )
 
 
@@ -107,7 +121,7 @@ def _variance_beside(state: Any, core: _core.Core, native: _core.OcAnswer, param
 
 def modes_as_text(modes: Numbers) -> str:
     """The evidence as numbers with spaces between, for a file."""
-    return " ".join(f"{number:.9g}" for number in modes.ravel())
+    return " ".join(f"{number:.12g}" for number in modes.ravel())
 
 
 def modes_in(text: str) -> Numbers:

@@ -9,7 +9,7 @@ enum {
     N = TRUCK_STATES,
     S = TRUCK_SEEN,
     STATED_SIZE = TRUCK_CHANGE_COUNT, /* a change of the offset by a stated size */
-    WAYS = TRUCK_CHANGE_COUNT * TRUCK_MODES + 1, /* on from a history, by one drive */
+    WAYS = 2 * (STATED_SIZE + 1) * TRUCK_MODES, /* on from a history, by one drive, at most */
     CHOSEN = 2 * TRUCK_KEPT
 };
 
@@ -20,10 +20,11 @@ static const double changes_from = 7.0;   /* the same, below which nothing else 
 static const double as_stated = 0.9;      /* probability that a stated size was stored once and with the right sign */
 static const double log_two_pi = 1.8378770664093453;
 
-/* A way on from a history: what changed, and the mode of the drive, -1: the drive says nothing of the truck. */
+/* A way on from a history: what changed, the mode of the drive, and whether the drive is wrong. */
 typedef struct {
     double log_weight;
     int32_t from, change, mode;
+    bool wrong;
 } way;
 
 /* How the drive depends on the state, and what is expected of it. */
@@ -135,8 +136,8 @@ static double prior_of(const truck_history *h, int32_t change, const truck_drive
         return is_stated && sized ? drive->stated_share * as_stated : 0.0;
     }
     if (change != TRUCK_CHANGE_NONE) {
-        return is_stated || (h->zero != TRUCK_ZERO_FIXED && has_new_offset(change)) ? 0.0
-                                                                                  : probability_of(change, drive, priors);
+        const bool is_hidden = h->zero != TRUCK_ZERO_FIXED && has_new_offset(change);
+        return is_stated || is_hidden ? 0.0 : probability_of(change, drive, priors);
     }
     double left = is_stated ? 1.0 - drive->stated_share : 1.0;
     for (int32_t k = TRUCK_CHANGE_OFFSET; k < TRUCK_CHANGE_COUNT && !is_stated; ++k) {
@@ -177,6 +178,14 @@ static expected expect(const truck_history *h, const view *v, const truck_drive 
     e.covariance[TRUCK_SEEN_OFFSET][TRUCK_SEEN_OFFSET] += drive->per_pull * by_wind;
     e.covariance[TRUCK_SEEN_OFFSET][TRUCK_SEEN_NEUTRAL] += by_wind;
     e.covariance[TRUCK_SEEN_NEUTRAL][TRUCK_SEEN_OFFSET] += by_wind;
+    return e;
+}
+
+/* The same of a drive whose offset and play are wrong. */
+static expected if_wrong(const expected *usual, const truck_priors *priors) {
+    expected e = *usual;
+    e.covariance[TRUCK_SEEN_OFFSET][TRUCK_SEEN_OFFSET] += priors->wrong_variance[TRUCK_SEEN_OFFSET];
+    e.covariance[TRUCK_SEEN_PLAY][TRUCK_SEEN_PLAY] += priors->wrong_variance[TRUCK_SEEN_PLAY];
     return e;
 }
 
@@ -249,10 +258,12 @@ static void update(truck_history *h, const expected *e, const innovation *i) {
     }
 }
 
-static void note_change(truck_history *h, int32_t change, int32_t drive) {
+/* The offset before it, as read at the usual pull: an unknown pull is in it before and after. */
+static void note_change(truck_history *h, int32_t change, int32_t drive, const truck_priors *priors) {
     if (change == TRUCK_CHANGE_NONE) {
         return;
     }
+    const double per_pull = h->covariance[N * TRUCK_OFFSET + TRUCK_PULL] / h->covariance[N * TRUCK_PULL + TRUCK_PULL];
     if (h->changes == TRUCK_CHANGES) {
         memmove(h->change, h->change + 1, sizeof h->change - sizeof h->change[0]);
         --h->changes;
@@ -260,8 +271,9 @@ static void note_change(truck_history *h, int32_t change, int32_t drive) {
     h->change[h->changes++] = (truck_change){
         .drive = drive,
         .kind = change == STATED_SIZE ? TRUCK_CHANGE_OFFSET : change,
-        .before = h->mean[TRUCK_OFFSET],
-        .before_variance = h->covariance[N * TRUCK_OFFSET + TRUCK_OFFSET],
+        .before = h->mean[TRUCK_OFFSET] + per_pull * (priors->mean[TRUCK_PULL] - h->mean[TRUCK_PULL]),
+        .before_variance = h->covariance[N * TRUCK_OFFSET + TRUCK_OFFSET] -
+                           per_pull * h->covariance[N * TRUCK_OFFSET + TRUCK_PULL],
         .play_before = h->mean[TRUCK_PLAY],
         .play_before_variance = h->covariance[N * TRUCK_PLAY + TRUCK_PLAY],
     };
@@ -308,7 +320,8 @@ static void join(truck_history *to, const truck_history *from) {
         to->mean[k] += share * apart[k];
         for (int32_t j = 0; j < N; ++j) {
             double *covariance = &to->covariance[N * k + j];
-            *covariance += share * (from->covariance[N * k + j] - *covariance) + share * (1.0 - share) * apart[k] * apart[j];
+            *covariance += share * (from->covariance[N * k + j] - *covariance);
+            *covariance += share * (1.0 - share) * apart[k] * apart[j];
         }
     }
     to->log_weight = total;
@@ -349,12 +362,17 @@ static void begin(truck_histories *all, const truck_priors *priors) {
     memset(all, 0, sizeof *all);
     for (int32_t zero = 0; zero < TRUCK_ZERO_COUNT; ++zero) {
         for (int32_t variant = 0; variant < TRUCK_VARIANTS; ++variant) {
-            const double share = zero == TRUCK_ZERO_FIXED ? priors->variant_probability[variant] : variant == 0 ? 1.0 : 0.0;
-            if (!(priors->zero_probability[zero] * share > 0.0)) { /* a zero that differs hides what a load does */
+            double share = priors->zero_probability[zero];
+            if (zero == TRUCK_ZERO_FIXED) {
+                share *= priors->variant_probability[variant];
+            } else if (variant > 0) { /* a zero that differs hides what a load does */
+                share = 0.0;
+            }
+            if (!(share > 0.0)) {
                 continue;
             }
             truck_history *h = &all->history[all->count++];
-            h->log_weight = log(priors->zero_probability[zero] * share);
+            h->log_weight = log(share);
             h->zero = zero;
             h->variant = variant;
             for (int32_t k = 0; k < N; ++k) {
@@ -393,12 +411,14 @@ static void take(truck_histories *all, const truck_drive *drive, int32_t place, 
             apply(&changed, change, drive, priors);
             const expected e = expect(&changed, &v, drive);
             const double weight = h->log_weight + log(prior);
+            const expected of_wrong = if_wrong(&e, priors);
             for (int32_t mode = 0; mode < drive->modes; ++mode) {
                 const double of_mode = innovation_of(&e, &drive->mode[mode]).log_weight;
-                ways[count++] = (way){weight + log1p(-drive->wrong) + of_mode, from, change, mode};
-            }
-            if (is_usual) {
-                ways[count++] = (way){weight + log(drive->wrong), from, change, -1};
+                ways[count++] = (way){weight + log1p(-drive->wrong) + of_mode, from, change, mode, false};
+                if (is_usual) {
+                    const double by_wrong = innovation_of(&of_wrong, &drive->mode[mode]).log_weight;
+                    ways[count++] = (way){weight + log(drive->wrong) + by_wrong, from, change, mode, true};
+                }
             }
         }
     }
@@ -409,19 +429,17 @@ static void take(truck_histories *all, const truck_drive *drive, int32_t place, 
         const way *on = &ways[kept];
         truck_history *h = &chosen[kept];
         *h = all->history[on->from];
-        note_change(h, on->change, place);
+        note_change(h, on->change, place, priors);
         apply(h, on->change, drive, priors);
         if (h->zero == TRUCK_ZERO_RELATIVE) {
             h->offset_since = place;
         }
-        h->last_is_wrong = on->mode < 0;
-        if (on->mode < 0) {
-            ++h->wrong;
-        } else {
-            const expected e = expect(h, &v, drive);
-            const innovation i = innovation_of(&e, &drive->mode[on->mode]);
-            update(h, &e, &i);
-        }
+        h->last_is_wrong = on->wrong;
+        h->wrong += on->wrong;
+        const expected usual = expect(h, &v, drive);
+        const expected e = on->wrong ? if_wrong(&usual, priors) : usual;
+        const innovation i = innovation_of(&e, &drive->mode[on->mode]);
+        update(h, &e, &i);
         h->log_weight = on->log_weight;
     }
     keep(all, chosen, kept);

@@ -68,7 +68,7 @@ typedef struct {
     double load;           /* of this drive, in units of the scatter of loads */
     double load_bent;      /* its square, less the mean over the drives */
     double noise[3];       /* variances of TRUCK_SEEN beyond the drive's own */
-    double wrong;          /* probability that this drive says nothing of the truck */
+    double wrong;          /* probability that its offset and play are wrong */
 } truck_drive;
 
 typedef struct {
@@ -82,13 +82,14 @@ typedef struct {
     double variant_pull[3];                  /* (m/s^2)^2, of the pull */
     double zero_probability[3];              /* TRUCK_ZERO_ */
     double moves_variance;                   /* rad^2 from a day to the next, of a zero that moves */
+    double wrong_variance[2];                /* rad^2, of offset and play of a wrong drive about those of the truck */
     double relative_variance;                /* rad^2, of a zero that differs at each start */
 } truck_priors;
 
 typedef struct {
     int32_t drive;         /* the first after the change */
     int32_t kind;
-    double before, before_variance; /* rad, the offset before it */
+    double before, before_variance; /* rad, the offset before it, with the usual pull */
     double play_before, play_before_variance; /* rad */
 } truck_change;
 
@@ -98,7 +99,7 @@ typedef struct {
     double covariance[49];
     int32_t zero, variant;
     int32_t offset_since, play_since; /* the drive from which the present offset and play hold */
-    int32_t wrong;         /* number of drives that say nothing of the truck */
+    int32_t wrong;         /* number of wrong drives */
     int32_t last_is_wrong;
     int32_t changes;
     truck_change change[12];

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 import tomllib
-from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import polars as pl
 import pytest
+from truck_rows import drive_row
 
 import oncenter
 from oncenter import _core
@@ -22,8 +22,7 @@ from oncenter.learned_priors import KEYS, error_key
 from oncenter.offset.inputs import params_of
 from oncenter.signals import DEGREE
 from oncenter.truck import population
-from oncenter.truck.drives import Summaries, Summary
-from oncenter.truck.population import Learned, Population, population_of
+from oncenter.truck.population import Drives, Learned, Population, population_of
 from oncenter.truck.priors import priors_of
 
 RATIO, DRIVES = 19.3, 6
@@ -38,35 +37,34 @@ FOUND = Population(
 TRUCK = 'wheelbase_m = 3.7\nsteering_ratio = 19.3\ntraffic_side = "right"\n'
 
 
-def trucks(pull_sd: float, count: int, loads: tuple[float, ...], seed: int = 1) -> Summaries:
-    """Drives by the equations of oncenter.truck.readings."""
+def trucks(pull_sd: float, count: int, loads: tuple[float, ...], seed: int = 1) -> list[Drives]:
+    """Drives by the equations of oncenter.truck.now, written out."""
     random = np.random.default_rng(seed)
-    shape = (count, DRIVES)
-    pull, bias = random.normal(0.0, pull_sd, (count, 1)), random.normal(0.0, 0.1, (count, 1))
-    offset = random.normal(0.0, 0.5 * DEGREE, (count, 1))
-    gradient = 0.42 * DEGREE * np.array([loads[d % len(loads)] for d in range(DRIVES)]) * np.ones(shape)
-    mean = gradient.mean(axis=1, keepdims=True)
-    pulled = RATIO * (mean + 0.65 * (gradient - mean))
-    wind, error = random.normal(0.0, 0.02, shape), random.normal(0.0, 0.02, shape)
-    region = random.normal(0.0, 0.07, (count, 1))
-    play = random.normal(5.0 * DEGREE, 1.5 * DEGREE, (count, 1)) + random.normal(0.0, 0.4 * DEGREE, shape)
-    one = np.ones(shape)
-    return Summaries(
-        offset=offset + pulled * (pull + wind + error) + random.normal(0.0, 0.12 * DEGREE, shape),
-        offset_sd=np.hypot(0.08 * DEGREE, pulled * 0.02),
-        gradient=gradient + random.normal(0.0, 0.02 * DEGREE, shape),
-        gradient_sd=0.02 * DEGREE * one,
-        unloading=bias + pull + wind + error,
-        unloading_sd=0.02 * one,
-        play=play,
-        play_sd=0.3 * DEGREE * one,
-        with_unloading=pulled * 0.02**2,
-        with_play=0.0 * one,
-        bank=bias + 0.2 + region + random.normal(0.0, 0.07, shape),
-        standing=np.nan * one,
-        ratio=RATIO * one,
-        side=one,
-    )
+    return [_truck(random, pull_sd, loads) for _ in range(count)]
+
+
+def _truck(random: np.random.Generator, pull_sd: float, loads: tuple[float, ...]) -> Drives:
+    pull, bias, region = random.normal(0.0, (pull_sd, 0.1, 0.07))
+    offset, play = random.normal(0.0, 0.5), random.normal(5.0, 1.5)
+    gradients = 0.42 * np.array([loads[d % len(loads)] for d in range(DRIVES)])  # deg/(m/s^2)
+    mean, rows = gradients.mean(), []
+    for day, gradient in enumerate(gradients):
+        pulled = RATIO * (mean + 0.65 * (gradient - mean))
+        wind, error = random.normal(0.0, 0.02, 2)
+        rows.append(
+            drive_row(
+                day,
+                offset + pulled * (pull + wind + error) + random.normal(0.0, 0.12),
+                play_deg=play + random.normal(0.0, 0.4),
+                neutral=bias + pull + wind + error,
+                sds=(np.hypot(0.08, pulled * 0.02), 0.3, 0.02),
+                with_neutral_deg_m_s2=pulled * 0.02**2,
+                gradient=(gradient + random.normal(0.0, 0.02)) * DEGREE,
+                bank=bias + 0.2 + region + random.normal(0.0, 0.07),
+                ratio=RATIO,
+            )
+        )
+    return rows
 
 
 @pytest.mark.parametrize("pull_sd", [0.05, 0.1])
@@ -84,18 +82,16 @@ def test_the_spread_of_pulls_is_found_without_that_of_their_errors(
     assert found.set_up is not None and found.set_up.value < 0.06
 
 
-def tables(folder: Path, drives: Summaries) -> Path:
+def tables(folder: Path, fleet: list[Drives]) -> Path:
     """A fleet's folder with these drives, all of one vehicle file."""
-    rows = []
-    for truck in range(len(drives.ratio)):
-        for d in range(DRIVES):
-            summary = Summary(**{field.name: float(getattr(drives, field.name)[truck, d]) for field in fields(Summary)})
-            rows.append(
-                {"truck": f"T{truck:03}", "start": 1e9 + d, "copy_of": None, "vehicle_file": "rigid"}
-                | {"offset_status": "valid"}
-                | columns_of(summary, _core.default_params())
-            )
-    pl.DataFrame(rows, schema_overrides={"copy_of": pl.String}).write_parquet(folder / "drives.parquet")
+    rows = [
+        {"truck": f"T{truck:03}", "start": row.start_s, "copy_of": None, "vehicle_file": "rigid"}
+        | {"offset_status": "valid", "used_s": row.used_s}
+        | columns_of(row, _core.default_params())
+        for truck, drives in enumerate(fleet)
+        for row in drives
+    ]
+    pl.DataFrame(rows, schema_overrides={"copy_of": pl.String, "summary_params": pl.String}).write_parquet(folder / "drives.parquet")
     empty = pl.DataFrame({"truck": ["T000"], "verdict": ["within"], "watch": [False]})
     for name in ("trucks", "changes"):
         empty.write_parquet(folder / f"{name}.parquet")
@@ -229,7 +225,7 @@ def test_a_missing_file_of_priors_is_named(tmp_path: Path) -> None:
 
 def test_drives_answered_by_learned_priors_do_not_teach_them_again(tmp_path: Path) -> None:
     folder = tables(tmp_path, trucks(0.05, 12, (0.75, 1.35)))
-    drives = pl.read_parquet(folder / "drives.parquet").with_columns(summary_known_play_sd_deg=pl.lit(1.5))
+    drives = pl.read_parquet(folder / "drives.parquet").with_columns(summary_params=pl.lit("known_play_sd_rad=0.026"))
     drives.write_parquet(folder / "drives.parquet")
     with pytest.raises(OncenterError, match="0 of 0 trucks"):
         fleet_priors.write_priors(folder, tmp_path / "priors.toml")

@@ -70,7 +70,7 @@ def _learned(trucks: Sequence[Drives]) -> Population | None:
     if len(chosen) < TRUCKS_MIN:
         return None
     some = chosen[:: 1 + (len(chosen) - 1) // _TRUCKS_MAX]  # of all depots, where names begin with theirs
-    return population_of(together(some), priors, _core.default_params()["set_up_probability_1"])
+    return population_of(some, priors, _core.default_params()["set_up_probability_1"])
 
 
 def _values(found: Population) -> dict[str, tuple[Learned, float]]:

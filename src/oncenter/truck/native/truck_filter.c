@@ -15,6 +15,7 @@ enum {
 
 static const double negligible = 12.0;    /* log of a history's weight below that of the most probable one */
 static const double alike = 0.25;         /* squared distance over variance, below which two histories become one */
+static const double as_wide = 2.0;        /* ratio of variances, above which they stay two */
 static const double changes_from = 7.0;   /* the same, below which nothing else is thought to change */
 static const double as_stated = 0.9;      /* probability that a stated size was stored once and with the right sign */
 static const double log_two_pi = 1.8378770664093453;
@@ -173,6 +174,10 @@ static expected expect(const truck_history *h, const view *v, const truck_drive 
             }
         }
     }
+    const double by_wind = drive->per_pull * drive->noise[TRUCK_SEEN_NEUTRAL];
+    e.covariance[TRUCK_SEEN_OFFSET][TRUCK_SEEN_OFFSET] += drive->per_pull * by_wind;
+    e.covariance[TRUCK_SEEN_OFFSET][TRUCK_SEEN_NEUTRAL] += by_wind;
+    e.covariance[TRUCK_SEEN_NEUTRAL][TRUCK_SEEN_OFFSET] += by_wind;
     return e;
 }
 
@@ -294,7 +299,11 @@ static bool are_alike(const truck_history *a, const truck_history *b) {
     double distance = 0.0;
     for (int32_t k = 0; k <= TRUCK_BIAS; ++k) {
         const double apart = a->mean[k] - b->mean[k];
-        distance += apart * apart / (a->covariance[N * k + k] + b->covariance[N * k + k]);
+        const double one = a->covariance[N * k + k], other = b->covariance[N * k + k];
+        if (fmax(one, other) > as_wide * fmin(one, other)) {
+            return false; /* a wide one of little weight would widen the other */
+        }
+        distance += apart * apart / (one + other);
     }
     return distance < alike;
 }

@@ -28,6 +28,10 @@ class _Column:
 _COLUMNS = (
     _Column("gradient_deg_m_s2", "gradient", DEGREE, "understeer gradient at the road wheel"),
     _Column("gradient_sd_deg_m_s2", "gradient_sd", DEGREE, "its standard deviation"),
+    _Column("wheelbase_1", "wheelbase", 1.0, "share by which the wheelbase that fits exceeds the vehicle file's", True),
+    _Column("wheelbase_sd_1", "wheelbase_sd", 1.0, "its standard deviation", True),
+    _Column("friction_m_s2", "friction", 1.0, "friction of the king pins"),
+    _Column("creep_deg_s_m_s2", "creep", DEGREE, "creep of the wheels in their play; 0: the king pins hold them"),
     _Column("bank_m_s2", "bank", 1.0, "mean of lateral acceleration minus yaw rate times speed: road bank", True),
     _Column("bank_variance_m2_s4", "bank_variance", 1.0, "its variance, large for a short drive", True),
     _Column("standing_m_s2", "standing", 1.0, "mean lateral acceleration at standstill; null: no standstill", True),
@@ -37,7 +41,7 @@ _COLUMNS = (
     _Column("moved_deg", "moved", DEGREE, "change of the offset within the drive, which the evidence is after"),
     _Column("moved_sd_deg", "moved_sd", DEGREE, "its standard deviation; 0: no change"),
 )
-_OF_TABLE = {"used_s": "used_s", "left_s": "side_force_left_s", "right_s": "side_force_right_s"}
+_OF_TABLE = {"length_s": "duration_s", "used_s": "used_s", "left_s": "side_force_left_s", "right_s": "side_force_right_s"}
 _PREFIX, _EVIDENCE, _PARAMS = "summary_", "summary_evidence", "summary_params"
 COLUMNS: Mapping[str, tuple[str, str]] = {
     _EVIDENCE: (

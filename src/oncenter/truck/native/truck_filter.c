@@ -174,10 +174,6 @@ static expected expect(const truck_history *h, const view *v, const truck_drive 
             }
         }
     }
-    const double by_wind = drive->per_pull * drive->noise[TRUCK_SEEN_NEUTRAL];
-    e.covariance[TRUCK_SEEN_OFFSET][TRUCK_SEEN_OFFSET] += drive->per_pull * by_wind;
-    e.covariance[TRUCK_SEEN_OFFSET][TRUCK_SEEN_NEUTRAL] += by_wind;
-    e.covariance[TRUCK_SEEN_NEUTRAL][TRUCK_SEEN_OFFSET] += by_wind;
     return e;
 }
 

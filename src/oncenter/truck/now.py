@@ -32,6 +32,7 @@ _ANYWHERE_INFORMATION = 1e-3  # 1/rad^2, against a division by zero
 _PROBABLE = 0.5  # a change that is reported
 _SURE = 0.9  # a zero that is not fixed
 _ZERO_DRIVES_MIN = 4
+_WIDE_PULL = 2  # variant of the filter's trucks, see `priors_of_filter`
 _AMBIGUOUS = 2.0  # widths of the narrowest history
 _PULL_IDENTIFIED = (0.5, 0.8)  # share of the pull's prior variance: below none of the pull is subtracted, above all
 
@@ -234,7 +235,9 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     means, covariances = histories["mean"], histories["covariance"].reshape(-1, 7, 7)
     pull, pull_variance = _mixed(weights, means[:, PULL], covariances[:, PULL, PULL])
     low, high = _PULL_IDENTIFIED
-    identified = min(max((1.0 - pull_variance / priors.pull_sd_m_s2**2 - low) / (high - low), 0.0), 1.0)
+    at_first = priors.pull_sd_m_s2**2 * np.where(histories["variant"] == _WIDE_PULL, priors.wide_pull**2, 1.0)
+    share = 1.0 - float(weights @ (covariances[:, PULL, PULL] / at_first))
+    identified = min(max((share - low) / (high - low), 0.0), 1.0)
     own_mean, own_variance = _given_pull(means, covariances, priors.pull_m_s2, identified)
     common = priors.offset_common_sd_rad**2
     own = _interval(weights, own_mean, np.sqrt(own_variance + common))

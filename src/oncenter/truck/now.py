@@ -34,7 +34,7 @@ _SURE = 0.9  # a zero that is not fixed
 _ZERO_DRIVES_MIN = 4
 _WIDE_PULL = 2  # variant of the filter's trucks, see `priors_of_filter`
 _AMBIGUOUS = 2.0  # widths of the narrowest history
-_PULL_IDENTIFIED = (0.5, 0.8)  # share of the pull's prior variance: below none of the pull is subtracted, above all
+_PULL_IDENTIFIED = (0.45, 0.75)  # share of the pull's prior variance: below none of the pull is subtracted, above all
 
 
 @dataclass(frozen=True)

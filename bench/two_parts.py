@@ -40,7 +40,7 @@ def record(row: str, seed: int, folder: Path) -> Record:
     truth = driven.truth
     unloads = truth.unloading_acceleration_m_s2
     shift = 0.0 if np.isnan(unloads) else unloads
-    assert answer.offset.value is not None and answer.offset.ci95 is not None and answer.summary is not None
+    assert answer.offset.value is not None and answer.offset.ci95 is not None
     low, high = answer.offset.ci95
     target = float(driven.target_rad[-1])
     return {
@@ -51,7 +51,7 @@ def record(row: str, seed: int, folder: Path) -> Record:
         "error_middle": (0.5 * (low + high) - target) / DEGREE,
         "half_width": 0.5 * (high - low) / DEGREE,
         "error_drive": (answer.offset.value - target - answer.offset_per_acceleration * shift) / DEGREE,
-        "half_width_drive": 1.96 * answer.summary.offset_sd / DEGREE,
+        "half_width_drive": (answer.offset_half_width_rad or 0.0) / DEGREE,
     }
 
 

@@ -1,11 +1,11 @@
-"""A truck's memory: each drive starts from it and adds to it once; it ages, and the offset is found anew each time."""
+"""A truck's memory: a row of evidence for each drive, once; the answer is that of all drives together."""
 
 from __future__ import annotations
 
 import json
 import math
 import os
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,79 +18,91 @@ import oncenter as oc
 from oncenter.cli import run
 from oncenter.estimates.estimate import Estimate
 from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_memory
-from oncenter.memory.drive import priors, with_drive
 from oncenter.memory.file import text_of
 from oncenter.memory.log import start_of_drive
-from oncenter.memory.truck import DAY_S, Load, PastDrive, Remembered
+from oncenter.memory.truck import PastDrive, Remembered
 from oncenter.signals import DEGREE, Signals
+from oncenter.truck.events import Event
+from oncenter.truck.row import Row
 
 NOW_S = 1_750_000_000.0
+DAY_S = 86400.0
+ROW = Row(
+    modes=np.array([[-1.5, 1e5, 2e4, 3e4, -1e3, 50.0, 2e3, 3e3, 400.0, -20.0]]),
+    status="valid",
+    gradient=0.4 * DEGREE,
+    gradient_sd=0.03 * DEGREE,
+    wheelbase=0.01,
+    wheelbase_sd=0.02,
+    friction=0.1,
+    creep=1.5,
+    bank=0.2,
+    bank_variance=1e-3,
+    standing=math.nan,
+    measured=True,
+    ratio=19.3,
+    side=1.0,
+    start_s=NOW_S,
+    length_s=900.0,
+    used_s=700.0,
+    left_s=300.0,
+    right_s=40.0,
+    moved=1.0 * DEGREE,
+    moved_sd=0.1 * DEGREE,
+    logs=("a \"log\".asc",),
+)
 FULL = TruckMemory(
     'a "truck"',
-    play=Remembered(8.0 * DEGREE, 0.4 * DEGREE, NOW_S),
-    yaw_rate_bias=Remembered(-0.2 * DEGREE, 0.01 * DEGREE, NOW_S),
-    accelerometer_bias=Remembered(0.1, 0.15, NOW_S),
-    equivalent_wheelbase=Remembered(3.75, 0.05, NOW_S),
-    loads=(
-        Load(Remembered(0.3 * DEGREE, 0.02 * DEGREE, NOW_S), 3),
-        Load(Remembered(0.5 * DEGREE, 0.03 * DEGREE, NOW_S), 1),
-    ),
+    vin="YS2R4X20001234567",
     drives=(
-        PastDrive("0123", NOW_S, 2.0 * DEGREE, 0.4 * DEGREE, "valid"),
-        PastDrive("4567", NOW_S, None, None, "converging"),
+        PastDrive(("0123", "4567"), ROW, "settings"),
+        PastDrive(("89ab",), replace(ROW, status="invalid", modes=np.zeros((0, 10))), "settings"),
     ),
+    events=(Event(NOW_S, "calibrated", -2.0 * DEGREE), Event(NOW_S, "repaired")),
+    ratio_times_wheelbase=Remembered(71.4, 0.5),
 )
 
 
-@pytest.fixture(scope="module")
-def answered(tmp_path_factory: pytest.TempPathFactory) -> oc.Answer:
-    signals, _ = drive(tmp_path_factory.mktemp("drive"), "thesis_drive", 1, 900.0, "backlash_deg = 8.0")
-    return oc.offset(signals, truck())
-
-
-def numbers(memory: TruckMemory) -> list[float]:
-    known = [memory.play, memory.yaw_rate_bias, memory.accelerometer_bias, memory.equivalent_wheelbase]
-    known += [load.gradient for load in memory.loads]
-    return [value for each in known if each is not None for value in (each.value, each.sd, each.date_s)]
-
-
-def with_gradient(answer: oc.Answer, gradient_deg: float, half_width_deg: float = 0.05) -> oc.Answer:
-    interval = ((gradient_deg - half_width_deg) * DEGREE, (gradient_deg + half_width_deg) * DEGREE)
-    return replace(answer, understeer_gradient=Estimate(gradient_deg * DEGREE, interval, "valid", "rad/(m/s^2)"))
+def numbers(row: Row) -> list[float]:
+    return [value for field in fields(row) if isinstance(value := getattr(row, field.name), float)]
 
 
 def test_a_memory_survives_writing_and_reading(tmp_path: Path) -> None:
     write_memory(tmp_path / "m.toml", FULL)
     again = read_memory(tmp_path / "m.toml", FULL.truck)
-    assert numbers(again) == pytest.approx(numbers(FULL), rel=1e-5)
-    assert [load.drives for load in again.loads] == [3, 1]
-    assert [(each.key, each.status) for each in again.drives] == [("0123", "valid"), ("4567", "converging")]
-    assert again.drives[1].offset is None
+    for drive_before, drive_after in zip(FULL.drives, again.drives, strict=True):
+        assert numbers(drive_after.row) == pytest.approx(numbers(drive_before.row), rel=1e-5, nan_ok=True)
+        assert drive_after.row.modes == pytest.approx(drive_before.row.modes, rel=1e-11)
+        assert drive_after.key == drive_before.key and drive_after.row.logs == drive_before.row.logs
+    assert [each.row.is_usable for each in again.drives] == [True, False]
+    assert again.vin == FULL.vin and again.ratio_times_wheelbase == FULL.ratio_times_wheelbase
+    assert [str(event) for event in again.events] == [str(event) for event in FULL.events]
     assert text_of(again) == (tmp_path / "m.toml").read_text(encoding="utf-8")
 
 
-def test_a_truck_without_a_file_has_an_empty_memory_that_changes_nothing(tmp_path: Path) -> None:
-    memory = read_memory(tmp_path / "none.toml", "truck")
-    assert memory == TruckMemory("truck")
-    assert priors(memory, truck(), NOW_S) == {}
+def test_a_truck_without_a_file_has_an_empty_memory(tmp_path: Path) -> None:
+    assert read_memory(tmp_path / "none.toml", "truck") == TruckMemory("truck")
 
 
-HEAD = 'schema = "oncenter/truck-1"\ntruck = "truck"\n'
-PLAY = f"{HEAD}[play]\ndate = 2026-01-01T00:00:00Z\n"
+HEAD = 'schema = "oncenter/truck-2"\ntruck = "truck"\n'
+DRIVE = "\n".join(text_of(replace(FULL, drives=FULL.drives[:1], events=())).splitlines()[4:])
 
 
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('schema = "oncenter/truck-1"\ntruck = "other"\n', "belongs to truck 'other', not to 'truck'"),
-        ('schema = "oncenter/truck-2"\ntruck = "truck"\n', "instead of 'oncenter/truck-1'"),
-        ("wheelbase_m = 3.7\n", "instead of 'oncenter/truck-1'"),
+        ('schema = "oncenter/truck-2"\ntruck = "other"\n', "belongs to truck 'other', not to 'truck'"),
+        ('schema = "oncenter/truck-1"\ntruck = "truck"\n', "is of a former version of oncenter"),
+        ('schema = "oncenter/truck-3"\ntruck = "truck"\n', "instead of 'oncenter/truck-2'"),
+        ("wheelbase_m = 3.7\n", "instead of 'oncenter/truck-2'"),
         (f"{HEAD}plays = 1\n", "'plays'"),
-        (f"{PLAY}value_deg = nan\nsd_deg = 1\n", "'play.value_deg'"),
-        (f"{PLAY}value_deg = 800\nsd_deg = 1\n", "'play.value_deg'"),
-        (f"{PLAY}value_deg = 8\nsd_deg = 0\n", "'play.sd_deg'"),
-        (f"{PLAY}value_deg = 8\n", "'play.sd_deg'"),
-        (f'{HEAD}[play]\nvalue_deg = 8\nsd_deg = 1\ndate = "soon"', "'play.date'"),
+        (HEAD + DRIVE.replace("used_s = 700.0", "used_s = nan"), "'drives.0.used_s'"),
+        (HEAD + DRIVE.replace("gradient_sd_deg_m_s2 = 0.03", "gradient_sd_deg_m_s2 = 0"), "gradient_sd_deg_m_s2'"),
+        (HEAD + DRIVE.replace("ratio = 19.3", ""), "'drives.0.ratio'"),
+        (HEAD + DRIVE.replace('evidence = "-1.5 ', 'evidence = "'), "'drives.evidence'"),
+        (HEAD + DRIVE.replace('evidence = "-1.5 ', 'evidence = "nan '), "'drives.evidence'"),
+        (HEAD + '[[events]]\nkind = "washed"\ndate = 2026-01-01T00:00:00Z\n', "'events.0.kind'"),
+        (HEAD + DRIVE.replace("date = 2025", 'date = "soon" # '), "'drives.0.date'"),
         ("schema = ", "is not TOML"),
     ],
 )
@@ -105,94 +117,41 @@ def test_a_memory_of_another_truck_is_refused_in_one_line(tmp_path: Path, text: 
     assert path.read_text() == text
 
 
-def test_remembered_values_become_less_accurate_with_time() -> None:
-    today, later = (priors(FULL, truck(), NOW_S + days * DAY_S) for days in (0.0, 400.0))
-    spreads = [name for name in today if "_sd_" in name]
-    assert len(spreads) == 5
-    grown = {name: later[name] / today[name] for name in spreads if name in later}
-    assert grown.pop("known_understeer_gradient_sd_rad_m_s2") > 1.0  # mostly of loads that differ
-    assert min(grown.values()) > 1.05
-    assert later["known_play_rad"] == today["known_play_rad"]
-    assert priors(FULL, truck(), NOW_S - 400.0 * DAY_S) == later  # nor is it known long before
-
-
-def test_the_offset_is_no_prior_of_the_next_drive() -> None:
-    other = replace(FULL, drives=(replace(FULL.drives[0], offset=20.0 * DEGREE),))
-    assert priors(other, truck(), NOW_S) == priors(FULL, truck(), NOW_S)
-
-
-def test_a_vehicle_files_own_value_comes_before_the_memory() -> None:
-    given = truck(play_deg=3.0, play_sd_deg=0.2)
-    assert not any(name.startswith("known_play") for name in priors(FULL, given, NOW_S))
-
-
-def test_the_wheelbase_of_a_truck_with_a_lift_axle_is_no_prior() -> None:
-    lifts = truck().model_copy(update={"axle_layout": "6x2"})
-    assert "known_wheelbase_share_1" not in priors(FULL, lifts, NOW_S)
-    assert priors(FULL, truck(), NOW_S)["known_wheelbase_share_1"] == pytest.approx(3.75 / 3.7 - 1.0)
-
-
-def test_another_load_begins_another_gradient_and_the_same_load_improves_it(answered: oc.Answer) -> None:
-    memory = TruckMemory("truck")
-    for day, gradient_deg in enumerate([0.40, 0.41, 0.60, 0.39, 0.61]):
-        at_s = NOW_S + day * DAY_S
-        memory = with_drive(memory, with_gradient(answered, gradient_deg), {answered.log: str(day)}, at_s, {})
-    assert sorted(load.drives for load in memory.loads) == [2, 3]
-    values = sorted(load.gradient.value / DEGREE for load in memory.loads)
-    assert values == pytest.approx([0.40, 0.605], abs=0.01)
-    first = with_drive(TruckMemory("truck"), with_gradient(answered, 0.40), {answered.log: "0"}, NOW_S, {})
-    assert min(load.gradient.sd for load in memory.loads) < first.loads[0].gradient.sd
-
-
-def test_the_next_drives_gradient_may_be_that_of_any_load() -> None:
-    """0.3 thrice, 0.5 once and the model's prior once: mean and spread of that mixture."""
-    found = priors(FULL, truck(), NOW_S)
-    assert found["known_understeer_gradient_rad_m_s2"] == pytest.approx((3 * 0.3 + 0.5 + 0.4) / 5 * DEGREE)
-    assert 0.15 * DEGREE < found["known_understeer_gradient_sd_rad_m_s2"] < 0.3 * DEGREE
-
-
-def test_a_prior_is_removed_from_a_gradient_before_it_is_added(answered: oc.Answer) -> None:
-    """Otherwise the memory's prior would come back as if it were evidence of the drive."""
-    prior = {
-        "known_understeer_gradient_rad_m_s2": 0.8 * DEGREE,
-        "known_understeer_gradient_sd_rad_m_s2": 0.05 * DEGREE,
-    }
-    both = with_gradient(answered, 0.6, 1.96 * 0.05 / math.sqrt(2.0))  # of two that are equally sure: 0.8 and 0.4
-    found = with_drive(TruckMemory("truck"), both, {answered.log: "0"}, NOW_S, prior).loads[0].gradient
-    assert found.value == pytest.approx(0.4 * DEGREE, rel=1e-6)
-    assert found.sd == pytest.approx(0.05 * DEGREE, rel=1e-6)
-
-
-def test_a_less_accurate_drive_does_not_change_the_memory(answered: oc.Answer) -> None:
-    wide = replace(answered, backlash=Estimate(7.0 * DEGREE, (5.0 * DEGREE, 9.0 * DEGREE), "valid", "rad"))
-    memory = replace(FULL, truck="truck")
-    assert with_drive(memory, wide, {answered.log: "0"}, NOW_S + DAY_S, {}).play == memory.play
-
-
-def test_a_repaired_play_replaces_the_remembered_one(answered: oc.Answer) -> None:
-    tight = replace(answered, backlash=Estimate(2.0 * DEGREE, (1.0 * DEGREE, 3.0 * DEGREE), "valid", "rad"))
-    after = with_drive(replace(FULL, truck="truck"), tight, {answered.log: "0"}, NOW_S + DAY_S, {}).play
-    assert after is not None and after.value == pytest.approx(2.0 * DEGREE)
-
-
 @pytest.mark.parametrize("fault", [{"sensor_fault": "stuck"}, {"offset": Estimate(None, None, "invalid", "rad")}])
-def test_a_drive_whose_signals_are_at_fault_adds_nothing(answered: oc.Answer, fault: dict[str, Any]) -> None:
-    assert with_drive(FULL, replace(answered, **fault), {answered.log: "0"}, NOW_S, {}) == FULL
+def test_a_drive_whose_signals_are_at_fault_adds_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: dict[str, Any]
+) -> None:
+    signals, _ = drive(tmp_path, "thesis_drive", 1, 300.0, "backlash_deg = 8.0")
+    found = replace(oc.offset(signals, truck()), **fault)
+    monkeypatch.setattr("oncenter.memory.answer.offset", lambda *_, **__: found)
+    answer, after = offset_with_memory([signals], truck(), TruckMemory("truck"))
+    assert after == TruckMemory("truck") and any("was not added" in note for note in answer.notes)
 
 
-def test_many_standstills_keep_the_uncertainty_of_the_yards_slope(answered: oc.Answer) -> None:
-    memory = TruckMemory("truck")
-    for day in range(30):
-        memory = with_drive(memory, answered, {answered.log: str(day)}, NOW_S + day * DAY_S, {})
-    assert memory.accelerometer_bias is not None
-    assert memory.accelerometer_bias.sd > 0.139
+def test_drives_of_another_version_or_vehicle_file_do_not_count_and_are_named(tmp_path: Path) -> None:
+    signals, _ = drive(tmp_path, "thesis_drive", 1, 300.0, "backlash_deg = 8.0")
+    alone = oc.offset(signals, truck())
+    other = TruckMemory("truck", drives=(PastDrive(("0123",), ROW, "oncenter 0.1.0"),))
+    answer, after = offset_with_memory([signals], truck(), other)
+    assert answer.offset == alone.offset
+    assert any("1 drive of the truck's memory" in note for note in answer.notes)
+    assert [each.settings for each in after.drives][0] == "oncenter 0.1.0" and len(after.drives) == 2
 
 
-def test_the_drives_that_are_listed_are_the_last_fifty(answered: oc.Answer) -> None:
-    memory = TruckMemory("truck")
-    for day in range(60):
-        memory = with_drive(memory, answered, {answered.log: str(day)}, NOW_S + day * DAY_S, {})
-    assert [each.key for each in memory.drives] == [str(day) for day in range(10, 60)]
+def days_of(signals: Signals, day: float) -> Signals:
+    return replace(signals, table=signals.table.with_columns(pl.col("time_s") + NOW_S + day * DAY_S), log=f"day{day}")
+
+
+def test_logs_one_after_another_give_the_same_as_all_at_once(tmp_path: Path) -> None:
+    """And in whatever order they are given."""
+    some = [days_of(drive(tmp_path, "thesis_drive", seed, 400.0, "backlash_deg = 8.0")[0], seed) for seed in (1, 2, 3)]
+    together = oc.offset(some, truck())
+    for order in ((0, 1, 2), (2, 0, 1)):
+        memory = TruckMemory("truck")
+        for k in order:
+            answer, memory = offset_with_memory([some[k]], truck(), memory)
+        assert str(answer.offset) == str(together.offset) and answer.offset.status == together.offset.status
+        assert answer.offset_ci95_drive == pytest.approx(together.offset_ci95_drive, abs=1e-6)
 
 
 def test_drives_of_one_truck_narrow_the_offset_and_contain_the_truth(tmp_path: Path) -> None:
@@ -247,7 +206,7 @@ def test_the_command_makes_the_memory_and_the_same_log_twice_leaves_the_same_fil
     command = ["offset", str(log), "--vehicle", "scania_r730_4x2", "--memory", str(path), "--json"]
     assert run(command) == 0
     first, answer = path.read_bytes(), json.loads(capsys.readouterr().out)
-    assert b'schema = "oncenter/truck-1"' in first and b"[play]" in first
+    assert b'schema = "oncenter/truck-2"' in first and b"[[drives]]" in first
     assert run(command) == 0
     again = json.loads(capsys.readouterr().out)
     assert path.read_bytes() == first

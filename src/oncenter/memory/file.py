@@ -70,6 +70,7 @@ class _Drive(_Table):
     standing_m_s2: _Value | None = None
     ratio: _Spread
     side: Annotated[_Value, Field(ge=-1, le=1)]
+    length_s: _Seconds
     used_s: _Seconds
     left_s: _Seconds
     right_s: _Seconds
@@ -109,6 +110,7 @@ _NUMBERS = (
     ("standing_m_s2", "standing", 1.0),
     ("ratio", "ratio", 1.0),
     ("side", "side", 1.0),
+    ("length_s", "length_s", 1.0),
     ("used_s", "used_s", 1.0),
     ("left_s", "left_s", 1.0),
     ("right_s", "right_s", 1.0),

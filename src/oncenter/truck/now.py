@@ -25,7 +25,7 @@ from oncenter.tuned import TUNED
 
 OFFSET, PLAY, BIAS, PULL, CROWN, STEER, STEER_BENT = range(7)
 _DAY_S = 86400.0
-_DAYS_UNKNOWN = 1.0  # between two drives without dates
+_DAYS_UNKNOWN = 1.0  # between two drives whose dates are unknown or overlap
 _STATED = {"calibrated": "offset", "repaired": "both", "changed": "alignment"}
 _FOUND_SHARE = 0.9  # of the changes that the core finds within a drive, and that happened
 _ANYWHERE_INFORMATION = 1e-3  # 1/rad^2, against a division by zero
@@ -147,8 +147,9 @@ def table_of(rows: Sequence[Row], priors: Priors, events: Sequence[Event], loads
     table["noise"][:, 1] = priors.play_noise_sd_rad**2
     table["noise"][:, 2] = priors.wind_sd_m_s2**2
     start = np.array([row.start_s for row in rows])
-    days = np.diff(start, prepend=start[:1]) / _DAY_S
-    table["days"] = np.where(np.isfinite(days), np.maximum(days, 0.0), _DAYS_UNKNOWN)
+    ends = start + np.array([row.length_s for row in rows])
+    days = (start[1:] - ends[:-1]) / _DAY_S  # of drives that overlap a date is wrong
+    table["days"][1:] = np.where(days >= 0.0, days, _DAYS_UNKNOWN)
     table["modes"] = [len(row.modes) for row in rows]
     modes = table["mode"]
     for place, row in enumerate(rows):

@@ -66,7 +66,7 @@ class Priors:
     wide_pull_probability: float = TUNED["setup.pull_tail"]
     changes_per_day: tuple[float, float, float, float, float] = (0.0, 0.015, 0.002, 0.001, 0.001)
     new_offset_sd_rad: float = 6.0 * DEGREE
-    zero_probabilities: tuple[float, float, float] = (0.98, 0.015, 0.005)
+    zero_probabilities: tuple[float, float, float] = (0.975, 0.015, 0.01)
     moves_sd_rad: float = 0.6 * DEGREE
     relative_sd_rad: float = 8.0 * DEGREE
     stated_sd_rad: float = 0.2 * DEGREE

@@ -44,6 +44,7 @@ class Row:
     ratio: float
     side: float
     start_s: float
+    length_s: float
     used_s: float
     left_s: float  # of lateral force clearly to the left
     right_s: float
@@ -95,6 +96,7 @@ def row_of(
         ratio=vehicle.ratio_near_centre,
         side=vehicle.traffic_sign,
         start_s=start_s,
+        length_s=native["duration"],
         used_s=native["used"],
         left_s=native["loaded_left_s"],
         right_s=native["loaded_right_s"],

@@ -101,7 +101,7 @@ static bool has_new_play(int32_t change) {
     return change == TRUCK_CHANGE_PLAY || change == TRUCK_CHANGE_BOTH;
 }
 
-/* The state after a change before this drive. */
+/* The state after a change before this drive, which is not the first one. */
 static void apply(truck_history *h, int32_t change, const truck_drive *drive, const truck_priors *priors) {
     if (change == STATED_SIZE) {
         h->mean[TRUCK_OFFSET] += drive->stated_by;
@@ -408,7 +408,10 @@ static void take(truck_histories *all, const truck_drive *drive, int32_t place, 
             memcpy(changed.mean, h->mean, sizeof h->mean);
             memcpy(changed.covariance, h->covariance, sizeof h->covariance);
             changed.zero = h->zero;
-            apply(&changed, change, drive, priors);
+            changed.variant = h->variant;
+            if (place > 0) {
+                apply(&changed, change, drive, priors);
+            }
             const expected e = expect(&changed, &v, drive);
             const double weight = h->log_weight + log(prior);
             const expected of_wrong = if_wrong(&e, priors);
@@ -429,8 +432,10 @@ static void take(truck_histories *all, const truck_drive *drive, int32_t place, 
         const way *on = &ways[kept];
         truck_history *h = &chosen[kept];
         *h = all->history[on->from];
-        note_change(h, on->change, place, priors);
-        apply(h, on->change, drive, priors);
+        if (place > 0) {
+            note_change(h, on->change, place, priors);
+            apply(h, on->change, drive, priors);
+        }
         if (h->zero == TRUCK_ZERO_RELATIVE) {
             h->offset_since = place;
         }

@@ -54,6 +54,7 @@ def drive_row(
         "ratio": 19.3,
         "side": 1.0,
         "start_s": MONDAY_S + DAY_S * day,
+        "length_s": 1200.0,
         "used_s": 1000.0,
         "left_s": 100.0,
         "right_s": 100.0,

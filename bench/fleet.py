@@ -81,7 +81,7 @@ def changes(folder: Path, work: Path, sizes: Sizes) -> list[str]:
     given = folder / "planted"
     night(given, work)
     counted, standing = _judged(given, work), _standing(given, work)
-    others = _others(given, work)
+    others = _others(work)
     lines = ["| changes of the offset | planted | found within 3 drives | later or never |", "|---|--:|--:|--:|"]
     for kind, planted, found in counted["kinds"]:
         lines.append(f"| {kind} | {planted} | {found} | {planted - found} |")
@@ -103,13 +103,10 @@ def changes(folder: Path, work: Path, sizes: Sizes) -> list[str]:
     ]
 
 
-def _others(given: Path, output: Path) -> dict[str, int]:
-    """False alarms of other quantities, without gyros that did change."""
-    planted = json.loads((given / "planted.json").read_text())
-    gyros = {change["truck"] for change in planted if change["kind"] == "gyro"}
+def _others(output: Path) -> dict[str, int]:
+    """False alarms of other quantities."""
     found = pl.read_parquet(output / "changes.parquet").filter(pl.col("quantity") != "offset").to_dicts()
-    untouched = [each for each in found if each["quantity"] != "yaw_rate_bias" or each["truck"] not in gyros]
-    return dict(sorted(Counter(each["quantity"] for each in untouched).items()))
+    return dict(sorted(Counter(each["quantity"] for each in found).items()))
 
 
 def _standing(given: Path, output: Path) -> list[dict[str, Any]]:
@@ -133,8 +130,8 @@ def _standing(given: Path, output: Path) -> list[dict[str, Any]]:
 
 
 def _judged(given: Path, output: Path) -> dict[str, Any]:
-    """A detected change matches the planted one of its truck if that happened no later than its detection and is at
-    most three drives from its estimated time; all others are false."""
+    """A change matches the planted one of its truck if it is at most three drives from its time; all others are false.
+    It was found in time if the drives until then have it."""
     planted = {change["truck"]: change for change in json.loads((given / "planted.json").read_text())}
     found = pl.read_parquet(output / "changes.parquet").filter(quantity="offset")
     drives = pl.read_parquet(output / "drives.parquet")
@@ -147,13 +144,12 @@ def _judged(given: Path, output: Path) -> dict[str, Any]:
         ours = []
         if change is not None and change["kind"] != "gyro":
             at = change["drive"]
-            ours = [
-                each
-                for each in of_truck
-                if starts.index(each["found"]) >= at and abs(starts.index(each["by_drive"]) - at) <= FOUND_WITHIN
-            ]
+            ours = [each for each in of_truck if abs(starts.index(each["by_drive"]) - at) <= FOUND_WITHIN]
             size = "of 2 deg or more" if abs(change["size"]) >= LEAST_DEG else "of 0.5 to 2 deg"
-            soon = any(starts.index(each["found"]) - at < FOUND_WITHIN for each in ours)
+            known = [
+                row for drive in rows.head(at + FOUND_WITHIN).to_dicts() if (row := row_of_drive(drive)) is not None
+            ]
+            soon = any(one.kind != "play" for one in truck_now(known, (), priors_of()).changes)
             kinds.setdefault(f"{change['kind']} {size}", []).append(soon)
         false += len(of_truck) - len(ours[:1])
     return {

@@ -24,15 +24,12 @@ import numpy as np
 import polars as pl
 from sections import between
 from truck_drives import DRIVES, KINDS, PULL_SDS_M_S2, truck_drives
-from trucks import MEMBERS, make
+from trucks import make
 
 import oncenter as oc
-from oncenter import _core
 from oncenter.errors import OncenterError
 from oncenter.fleet.priors import write_priors
-from oncenter.fleet.summaries import columns_of
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import Summary
 from oncenter.vehicle import vehicle_from
 
 REPORTED_FROM, TUNING_FROM = 20001, 1
@@ -48,12 +45,7 @@ Record = dict[str, Any]
 
 def learned(table: pl.DataFrame, file: Path) -> str:
     """Writes the priors of these trucks by the tables of a fleet, and returns the command's line."""
-    rows = [
-        {"truck": f"truck-{row['seed']}", "start": 1e9 + number, "copy_of": None, "vehicle_file": TYPE}
-        | {"offset_status": row["status"]}
-        | columns_of(Summary(**{name: row[name] for name in MEMBERS}), _core.default_params())
-        for number, row in enumerate(table.to_dicts())
-    ]
+    rows = [row | {"truck": f"truck-{row['seed']}", "copy_of": None, "vehicle_file": TYPE} for row in table.to_dicts()]
     with tempfile.TemporaryDirectory() as folder:
         for name in TABLES:
             pl.DataFrame(rows, infer_schema_length=None).write_parquet(Path(folder) / f"{name}.parquet")

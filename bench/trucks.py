@@ -2,10 +2,10 @@
 
     python bench/trucks.py FOLDER [--trucks N] [--months N] [--jobs N] [--tuning] [--page | --smoke]
 
-FOLDER keeps the summaries, one small file per truck, so that a stopped run can continue: 60 trucks of eight
+FOLDER keeps the rows of evidence, one small file per truck, so that a stopped run can continue: 60 trucks of eight
 drives at three loads, 60 at one load, 60 whose ride height steers by 0.03 deg with each load, 60 of each of four kinds
 with twelve, and 1,000 truck-months of 20 drives (80 minutes of one core per thousand). A step is planted into the
-summaries, since a remounted sensor only shifts the offset. Seeds from 1001 on (months: from 1301 on) are for reporting,
+rows, since a remounted sensor only shifts the offset. Seeds from 1001 on (months: from 1301 on) are for reporting,
 those from 1 on (--tuning) for tuning.
 """
 
@@ -15,8 +15,9 @@ import argparse
 import multiprocessing
 import tempfile
 import time
+from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -26,10 +27,11 @@ from accuracy import progress
 from truck_drives import KINDS, truck_drives
 
 import oncenter as oc
+from oncenter.fleet.summaries import COLUMNS, columns_of, row_of_drive
 from oncenter.signals import DEGREE
-from oncenter.truck.drives import GRADIENT_MIN, Summaries, Summary
-from oncenter.truck.model import Trucks, learn
+from oncenter.truck.now import Change, Truck, trucks_now
 from oncenter.truck.priors import priors_of
+from oncenter.truck.row import Row
 
 REPORTED_FROM, TUNING_FROM = 1001, 1
 MONTHS_FROM = 1301  # those from 1001 to 1300 were looked at while the threshold of a step was chosen
@@ -42,8 +44,8 @@ TWELVE = {
     "logs_three_straight": "three loads, no pull",
     "logs_one_straight": "one load, no pull",
 }
-AT_ONCE = 500  # trucks of 300 drives, as fleet/night.py takes them
-MEMBERS = [field.name for field in fields(Summary)]
+AT_ONCE = 500  # trucks, as fleet/night.py takes them
+DAY_S = 86400.0
 Numbers = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 Record = dict[str, Any]
 
@@ -52,9 +54,8 @@ def records(kind: str, seed: int) -> list[Record]:
     """A truck's drives in order of time; SI and rad."""
     found = []
     with tempfile.TemporaryDirectory() as folder:
-        for load, _, driven in truck_drives(KINDS[kind], kind, seed, Path(folder)):
+        for day, (load, _, driven) in enumerate(truck_drives(KINDS[kind], kind, seed, Path(folder))):
             answer = oc.offset(driven.signals, driven.vehicle)
-            assert answer.summary is not None
             low, high = answer.offset.ci95 or (None, None)
             found.append(
                 {
@@ -68,7 +69,14 @@ def records(kind: str, seed: int) -> list[Record]:
                     "single": answer.offset.value,
                     "single_low": low,
                     "single_high": high,
-                    **{name: getattr(answer.summary, name) for name in MEMBERS},
+                    "start": DAY_S * day,
+                    "offset_status": answer.offset.status,
+                    "duration_s": answer.duration_s,
+                    "used_s": answer.used_s,
+                    "side_force_left_s": answer.side_force_s[0],
+                    "side_force_right_s": answer.side_force_s[1],
+                    **dict.fromkeys(COLUMNS),
+                    **columns_of(answer.rows[0] if answer.rows else None, answer.params),
                 }
             )
     return found
@@ -99,14 +107,17 @@ def make(wanted: dict[str, range], folder: Path, jobs: int) -> dict[str, pl.Data
 
 @dataclass(frozen=True)
 class Fleet:
-    """A kind's trucks: `place` says which drive of the truck each column of `drives` is."""
+    """A kind's trucks: `place` says which drive of the truck each of its usable `rows` is."""
 
-    drives: Summaries
-    place: np.ndarray[tuple[int, int], np.dtype[np.int64]]
+    rows: list[list[Row]]
+    place: list[list[int]]
     target: Numbers  # (trucks,), rad: the mean over its drives
     pulled: Numbers  # rad, the effect of the pull on the readings, the same mean
     single: Numbers  # (trucks, drives), rad
     single_half_width: Numbers
+
+    def learned(self) -> list[Truck]:
+        return trucks_now(self.rows, [priors_of()] * len(self.rows))
 
 
 def fleet_of(table: pl.DataFrame, step: Numbers | None = None) -> Fleet:
@@ -116,14 +127,13 @@ def fleet_of(table: pl.DataFrame, step: Numbers | None = None) -> Fleet:
     def column(name: str) -> Numbers:
         return table[name].cast(pl.Float64).fill_null(np.nan).to_numpy().reshape(trucks, -1)
 
-    moved = np.zeros_like(column("offset")) if step is None else step
-    values = {name: column(name) for name in MEMBERS}
-    unusable = np.isnan(column("single")) | (values["gradient"] < GRADIENT_MIN)
-    values["offset"] = np.where(unusable, np.nan, values["offset"] + moved)
-    place = np.argsort(np.isnan(values["offset"]), axis=1, kind="stable")
+    moved = np.zeros_like(column("single")) if step is None else step
+    every = [row_of_drive(record) for record in table.to_dicts()]
+    drives = [every[k * moved.shape[1] : (k + 1) * moved.shape[1]] for k in range(trucks)]
+    usable = [[(d, row) for d, row in enumerate(some) if row is not None] for some in drives]
     return Fleet(
-        drives=Summaries(**{name: np.take_along_axis(value, place, axis=1) for name, value in values.items()}),
-        place=place,
+        rows=[[shifted(row, float(moved[k, d])) for d, row in some] for k, some in enumerate(usable)],
+        place=[[d for d, _ in some] for some in usable],
         target=np.mean(column("target"), axis=1),
         pulled=np.mean(column("pulled"), axis=1),
         single=column("single"),
@@ -131,14 +141,37 @@ def fleet_of(table: pl.DataFrame, step: Numbers | None = None) -> Fleet:
     )
 
 
+def shifted(row: Row, by: float) -> Row:
+    """The row as if the sensor had read so much more, rad."""
+    if by == 0.0:
+        return row
+    modes = row.modes.copy()
+    of_offset = modes[:, [1, 2, 4]]  # information of the offset with itself, play, neutral acceleration
+    modes[:, 0] -= modes[:, 7] * by + 0.5 * of_offset[:, 0] * by**2
+    modes[:, 7:] += of_offset * by
+    return replace(row, modes=modes)
+
+
+def _judged(answers: Sequence[Truck], target: Numbers, pulled: Numbers) -> tuple[Numbers, Numbers]:
+    """Error of the offset less any share of the pull's effect, and half-width from the driving."""
+    error = np.array([one.offset for one in answers]) - target
+    left = np.clip(error, np.minimum(pulled, 0.0), np.maximum(pulled, 0.0))
+    return np.abs(error - left), np.array([1.96 * one.own_sd for one in answers])
+
+
+def _whole(answers: Sequence[Truck]) -> tuple[Numbers, Numbers]:
+    low, high = np.array([one.whole for one in answers]).T
+    return 0.5 * (low + high), 0.5 * (high - low)
+
+
 def offsets(kind: str, table: pl.DataFrame) -> Record:
     """The errors and intervals of trucks that nobody touched, and of their single drives, deg: of the common reading
     with the effect of the pull, which it has, and of the offset less the pull that the drives show."""
     fleet = fleet_of(table)
-    answer = learn(fleet.drives, priors_of())
-    read, spread = np.abs(answer.offset - fleet.target - fleet.pulled), 1.96 * answer.spread_sd
-    error = np.abs(answer.less_pull - fleet.target) / DEGREE
-    half_width = 1.96 * answer.less_pull_sd / DEGREE
+    answers = fleet.learned()
+    read, spread = _judged(answers, fleet.target, fleet.pulled)
+    middle, half_width = _whole(answers)
+    error, half_width = np.abs(middle - fleet.target) / DEGREE, half_width / DEGREE
     narrowest = np.nanargmin(fleet.single_half_width, axis=1)
     rows = np.arange(len(error))
     of_narrowest = np.abs(fleet.single[rows, narrowest] - fleet.target) / DEGREE
@@ -157,8 +190,8 @@ def offsets(kind: str, table: pl.DataFrame) -> Record:
         "narrowest_error": [float(np.quantile(of_narrowest, q)) for q in (0.5, 0.95)],
         "of_narrowest": float(np.median(half_width / narrow)),
         "wider_than_narrowest": int(np.sum(half_width > narrow)),
-        "load_would_help": int(np.sum(answer.load_would_help)),
-        "steps": len(answer.steps),
+        "load_would_help": sum(one.load_would_help for one in answers),
+        "steps": sum(len(steps_of(one)) for one in answers),
     }
 
 
@@ -166,11 +199,9 @@ def twelve(kind: str, table: pl.DataFrame) -> Record:
     """Twelve logs in one call: the common reading, and the mean of the single valid ones, deg, with the pull's effect;
     `ratio` is the median error over half-width."""
     fleet = fleet_of(table)
-    answer = learn(fleet.drives, priors_of())
-    target = fleet.target + fleet.pulled
-    error, half_width = np.abs(answer.offset - target), 1.96 * answer.spread_sd
+    error, half_width = _judged(fleet.learned(), fleet.target, fleet.pulled)
     is_valid = (table["status"] == "valid").to_numpy().reshape(fleet.single.shape)
-    single = np.abs(np.nanmean(np.where(is_valid, fleet.single, np.nan), axis=1) - target)
+    single = np.abs(np.nanmean(np.where(is_valid, fleet.single, np.nan), axis=1) - fleet.target - fleet.pulled)
     return {
         "kind": kind,
         "trucks": len(error),
@@ -191,9 +222,14 @@ def steps(table: pl.DataFrame, low_deg: float, high_deg: float, seed: int) -> Re
     size = random.uniform(low_deg, high_deg, trucks) * random.choice([-1.0, 1.0], trucks) * DEGREE
     moved = np.where(np.arange(count)[None, :] >= at[:, None], size[:, None], 0.0)
     fleet = fleet_of(table, moved)
-    answer = learn(fleet.drives, priors_of())
-    in_time, ever, others = _found(answer, fleet, at)
-    now = fleet.target + size
+    answers = fleet.learned()
+    counts = [int(np.searchsorted(place, at[n] + FOUND_WITHIN)) for n, place in enumerate(fleet.place)]
+    soon = trucks_now([rows[:count] for rows, count in zip(fleet.rows, counts, strict=True)], [priors_of()] * trucks)
+    in_time = [n for n in range(trucks) if _matching(soon[n], fleet.place[n], at[n])]
+    ever = {n: found[0] for n in range(trucks) if (found := _matching(answers[n], fleet.place[n], at[n]))}
+    others = sum(len(steps_of(one)) for one in answers) - len(ever)
+    middle, half_width = _whole(answers)
+    now = np.abs(middle - fleet.target - size)
     return {
         "low": low_deg,
         "high": high_deg,
@@ -202,46 +238,39 @@ def steps(table: pl.DataFrame, low_deg: float, high_deg: float, seed: int) -> Re
         "in_time": len(in_time),
         "ever": len(ever),
         "others": others,
-        "size_error": float(np.median([abs(step.size - size[step.truck]) for step in ever.values()])) / DEGREE,
-        "error_now": float(np.median(np.abs(answer.offset - now))) / DEGREE,
-        "covered_now": int(np.sum(np.abs(answer.offset - now) < 1.96 * answer.offset_sd)),
+        "size_error": float(np.median([abs(step.size - size[n]) for n, step in ever.items()])) / DEGREE,
+        "error_now": float(np.median(now)) / DEGREE,
+        "covered_now": int(np.sum(now < half_width)),
     }
 
 
+def steps_of(truck: Truck) -> list[Change]:
+    return [change for change in truck.changes if change.kind != "play"]
+
+
 def false_steps(table: pl.DataFrame) -> int:
-    return len(learn(fleet_of(table).drives, priors_of()).steps)
+    return sum(len(steps_of(one)) for one in fleet_of(table).learned())
 
 
-def _found(answer: Trucks, fleet: Fleet, at: Numbers) -> tuple[dict[int, Any], dict[int, Any], int]:
-    """Steps by truck that were found in time, and ever, at the right boundary give or take a drive; how many others."""
-    in_time, ever, others = {}, {}, 0
-    for step in answer.steps:
-        n = step.truck
-        begins, found = fleet.place[n, step.at], fleet.place[n, step.found]
-        before = int(np.sum(fleet.place[n, : step.at + 1] < at[n]))  # drives of it that came before the planted one
-        if found < at[n] or abs(begins - at[n]) > 1 + (step.at - before):
-            others += 1
-            continue
-        ever[n] = step
-        if found < at[n] + FOUND_WITHIN:
-            in_time[n] = step
-    return in_time, ever, others
+def _matching(truck: Truck, place: Sequence[int], at: int) -> list[Change]:
+    """Steps at the planted boundary give or take a drive; drives without an answer do not count."""
+    planted = int(np.searchsorted(place, at))
+    return [step for step in steps_of(truck) if abs(step.at - planted) <= 1]
 
 
 def speed(table: pl.DataFrame, trucks: int, drives: int) -> Record:
-    """Seconds for so many trucks, put together from the drives that there are."""
+    """Seconds for so many trucks, put together from the drives that there are, one a day."""
     random = np.random.default_rng(1)
-    whole = fleet_of(table).drives
-    has = np.isfinite(whole.offset).sum(axis=1)
-    which = random.integers(0, len(has), trucks)
-    column = (random.random((trucks, drives)) * has[which][:, None]).astype(int)
-    begin = time.perf_counter()
+    whole = fleet_of(table).rows
+    given = [
+        [replace(rows[d], start_s=DAY_S * day) for day, d in enumerate(random.integers(0, len(rows), drives).tolist())]
+        for rows in (whole[k] for k in random.integers(0, len(whole), trucks).tolist())
+    ]
+    begin = time.process_time()
     for first in range(0, trucks, AT_ONCE):
-        some = slice(first, first + AT_ONCE)
-        learn(
-            Summaries(**{name: getattr(whole, name)[which[some, None], column[some]] for name in MEMBERS}), priors_of()
-        )
-    return {"trucks": trucks, "drives": drives, "seconds": time.perf_counter() - begin}
+        some = given[first : first + AT_ONCE]
+        trucks_now(some, [priors_of()] * len(some))
+    return {"trucks": trucks, "drives": drives, "seconds": time.process_time() - begin}
 
 
 def page(found: dict[str, Any]) -> str:
@@ -249,8 +278,8 @@ def page(found: dict[str, Any]) -> str:
     lines = [
         "### A truck's offset by eight drives of 20 minutes",
         "",
-        "The reading is `offset.value` with `ci95_drive`, judged with the pull's effect, which it has; the offset is"
-        " the middle of `ci95`, less the pull that the drives show.",
+        "The reading is `offset.value` with `ci95_drive`, judged less any share of the pull's effect, which it may have;"
+        " the offset is the middle of `ci95`, less the pull that the drives show.",
         "",
         "| trucks | n | reading's error, median | 95 % | covered | half-width | offset's error, median | 95 % | max |"
         " covered | half-width | of a single drive's | of the narrowest drive's | the narrowest drive's error, median |"
@@ -306,7 +335,7 @@ def page(found: dict[str, Any]) -> str:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("folder", type=Path, help="of the trucks' summaries")
+    parser.add_argument("folder", type=Path, help="of the trucks' rows")
     parser.add_argument("--trucks", type=int, default=60, help="of each kind with eight drives (60)")
     parser.add_argument("--months", type=int, default=1000, help="truck-months of 20 drives (1000)")
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
@@ -329,7 +358,7 @@ def main() -> None:
         "twelve": [twelve(kind, tables[kind]) for kind in TWELVE],
         "false": {"months": months, "steps": false_steps(tables["month"]), "steps_of_nine": false_steps(nine)},
         "steps": [steps(table, low, high, 1) for table in some for low, high in ((1.0, 2.0), (1.0, 6.0), (2.0, 6.0))],
-        "speed": speed(tables["month"], 20 if given.smoke else 10_000, 300),
+        "speed": speed(tables["month"], 20 if given.smoke else 10_000, 30),
     }
     text = page(found)
     print(text)

@@ -17,10 +17,10 @@ import oncenter as oc
 from oncenter.offset.answer import Answer
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate.truth import Truth
-from oncenter.truck.drives import Summaries, together
-from oncenter.truck.model import Trucks, learn
+from oncenter.truck.loads import loads_of
+from oncenter.truck.now import Truck, truck_now
 from oncenter.truck.priors import Priors, priors_of
-from oncenter.truck.readings import loads_of
+from oncenter.truck.row import Row
 
 DOCS = Path(__file__).parent
 PAGE = DOCS / "many_drives.md"
@@ -247,12 +247,12 @@ def _cloud(axes: Axes, truck: Driven, title: str) -> None:
     axes.grid()
 
 
-def draw_many_drives(drives: list[Driven], truck: Trucks, i_k: list[float], file: Path) -> None:
+def draw_many_drives(drives: list[Driven], truck: Truck, i_k: list[float], file: Path) -> None:
     """Reading over i K with the truck's line; beside it the eight intervals and the truck's."""
     figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.35, 1.0))
-    offset, offset_sd, pull = (float(one[0]) for one in (truck.less_pull, truck.less_pull_sd, truck.pull))
-    offset, offset_sd = offset / DEGREE, offset_sd / DEGREE
+    offset, half_width = offset_of(truck)
+    offset_sd, pull = half_width / 1.96, truck.pull
     target = float(np.mean([drive.target for drive in drives]))
     line = np.array([0.0, 1.08 * max(i_k)])
     left.plot(line, target + PULL_M_S2 * line, color=TRUTH, linestyle="--", linewidth=1.5)
@@ -283,11 +283,16 @@ def draw_many_drives(drives: list[Driven], truck: Trucks, i_k: list[float], file
     figure.savefig(file, dpi=DPI, metadata={"Software": None})
 
 
-def moved_by_pull(drives: Summaries, priors: Priors) -> list[float]:
-    """Change of each reading by a pull, deg per m/s^2: i K as in truck/readings.py."""
-    loads = loads_of(drives, priors)
-    mean = loads.mean[:, 0]
-    gradients = mean + (1.0 - priors.compliance_share_1) * (loads.gradient[0] - mean)
+def offset_of(truck: Truck) -> tuple[float, float]:
+    """The middle and half the width of the whole interval, deg: less the pull that the drives show."""
+    low, high = truck.whole
+    return 0.5 * (low + high) / DEGREE, 0.5 * (high - low) / DEGREE
+
+
+def moved_by_pull(rows: list[Row], priors: Priors) -> list[float]:
+    """Change of each reading by a pull, deg per m/s^2: i K as in truck/now.py."""
+    loads = loads_of(rows, priors)
+    gradients = loads.mean + (1.0 - priors.compliance_share_1) * (loads.gradient - loads.mean)
     return [float(x) for x in RATIO * gradients / DEGREE]
 
 
@@ -309,15 +314,15 @@ def table(trucks: tuple[Driven, Driven]) -> str:
     return "\n".join(lines)
 
 
-def sentence(drives: list[Driven], truck: Trucks) -> str:
+def sentence(drives: list[Driven], truck: Truck) -> str:
     errors = [abs(drive.value - drive.target) for drive in drives]
     halves = [0.5 * (drive.ci95[1] - drive.ci95[0]) for drive in drives]
     target = float(np.mean([drive.target for drive in drives]))
-    offset, half = float(truck.less_pull[0]) / DEGREE, 1.96 * float(truck.less_pull_sd[0]) / DEGREE
+    offset, half = offset_of(truck)
     return (
-        f"The pull is {PULL_M_S2:g} m/s^2, the model finds {float(truck.pull[0]):.2f} ± {1.96 * truck.pull_sd[0]:.2f};"
-        f" the bias is {BIAS_M_S2:g}, it finds {float(truck.accelerometer_bias[0]):.2f} ±"
-        f" {1.96 * truck.accelerometer_bias_sd[0]:.2f}.\n"
+        f"The pull is {PULL_M_S2:g} m/s^2, the model finds {truck.pull:.2f} ± {1.96 * truck.pull_sd:.2f};"
+        f" the bias is {BIAS_M_S2:g}, it finds {truck.accelerometer_bias:.2f} ±"
+        f" {1.96 * truck.accelerometer_bias_sd:.2f}.\n"
         f"The single drives are {min(errors):.1f} to {max(errors):.1f} deg off, at half-widths of {min(halves):.1f} to"
         f" {max(halves):.1f} deg. Less the pull, the truck's offset is {offset:.2f} ± {half:.2f} deg; the truth is"
         f" {target:.2f} deg."
@@ -335,10 +340,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         trucks = two_trucks(Path(name))
         drives = eight_drives(Path(name))
-    summaries = [drive.answer.summary for drive in drives]
     priors = priors_of()
-    kept = together([[summary for summary in summaries if summary is not None]])
-    truck = learn(kept, priors)
+    kept = [row for drive in drives for row in drive.answer.rows if row.is_usable]
+    truck = truck_now(kept, (), priors)
     with matplotlib.rc_context(STYLE):
         draw_one_drive(trucks, DOCS / "one_drive.png")
         draw_many_drives(drives, truck, moved_by_pull(kept, priors), DOCS / "many_drives.png")

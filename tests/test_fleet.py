@@ -48,7 +48,7 @@ def test_a_remounted_sensor_is_found_dated_and_ranked_first(undisturbed: Path) -
     change = changes.row(0, named=True)
     assert change["after_drive"].timestamp() == MONDAY_S + 2 * DAY_S
     assert change["by_drive"].timestamp() == MONDAY_S + 3 * DAY_S
-    assert change["drives_to_find"] <= 3
+    assert change["probability"] > 0.9
     assert abs(change["size"] - 5.0) < 1.96 * change["sd"] < 2.0  # drives of four minutes
     assert trucks["since"][0].timestamp() == MONDAY_S + 3 * DAY_S
 

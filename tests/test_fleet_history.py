@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from truck_rows import DAY_S, MONDAY_S, drive_row
 
-from oncenter.fleet.history import NOISE, Readings, breaks, drift
+from oncenter.fleet.history import Readings, drift
 from oncenter.fleet.offset_now import Offset
 from oncenter.fleet.ranking import OfTruck, histories, rank, within
-from oncenter.fleet.undecided import Driven, would_decide
+from oncenter.fleet.undecided import would_decide
 from oncenter.fleet.verdict import state_of
-
-DAY_S = 86400.0
-MONDAY_S = 1_772_434_800.0  # 2026-03-02, 7:00 UTC
+from oncenter.signals import DEGREE
+from oncenter.truck.now import Change, truck_now, trucks_now
+from oncenter.truck.priors import priors_of
 
 
 def readings(values: np.ndarray, sd: float | np.ndarray = 0.5) -> Readings:
@@ -25,49 +28,70 @@ def readings(values: np.ndarray, sd: float | np.ndarray = 0.5) -> Readings:
 # -- a night
 
 
+def changes_of(plays_deg: np.ndarray, sds_deg: np.ndarray) -> tuple[Change, ...]:
+    """Of a truck with an unchanged offset and drives of these plays."""
+    rows = [
+        drive_row(day, 0.5, play_deg=play, sds=(0.1, sd, 0.02))
+        for day, (play, sd) in enumerate(zip(plays_deg, sds_deg, strict=True))
+    ]
+    return truck_now(rows, (), priors_of()).changes
+
+
 def test_a_single_outlying_drive_is_not_a_change() -> None:
-    value = np.zeros(12)
-    value[6] = 6.0
-    assert breaks(readings(value), NOISE["backlash"]) == []
+    plays = np.full(12, 4.0)
+    plays[6] = 10.0
+    assert changes_of(plays, np.full(12, 0.3)) == ()
 
 
 def test_a_change_that_hangs_on_one_drive_waits_for_another() -> None:
     sd = np.array([0.4] * 6 + [0.4, 2.5, 2.5])
-    value = np.array([0.0] * 6 + [6.0, 0.5, 0.0])
-    assert breaks(readings(value, sd), NOISE["backlash"]) == []
-    assert [broken.at for broken in breaks(readings(np.append(value, 6.0), np.append(sd, 0.4)), NOISE["backlash"])] == [
-        6
-    ]
+    play = np.array([4.0] * 6 + [10.0, 4.5, 4.0])
+    assert changes_of(play, sd) == ()
+    assert [change.at for change in changes_of(np.append(play, 10.0), np.append(sd, 0.4))] in ([6], [9])
 
 
-def test_play_of_which_no_two_drives_differ_by_the_least_change_never_changed_and_one_a_little_larger_did() -> None:
-    least = NOISE["backlash"].smallest
-    for step, found in ((0.95 * least, []), (1.05 * least, [6])):
-        value = np.repeat([3.0, 3.0 + step], 6)
-        assert [broken.at for broken in breaks(readings(value, 0.01), NOISE["backlash"])] == found
+def test_play_that_differs_by_little_never_changed_and_one_that_differs_by_much_did() -> None:
+    for step, found in ((0.7, []), (3.0, [6])):
+        plays = np.repeat([4.0, 4.0 + step], 6)
+        assert [change.at for change in changes_of(plays, np.full(12, 0.3))] == found
 
 
 def test_an_interval_of_a_changes_size_covers_the_truth_as_often_as_it_says() -> None:
-    random = np.random.default_rng(6)
-    covered = []
+    random, priors = np.random.default_rng(6), priors_of()
+    fleet = []
     for _ in range(300):
-        sd = random.uniform(0.3, 0.9, 24)
-        value = NOISE["backlash"].scatter(sd) * random.normal(0.0, 1.0, 24) + np.where(np.arange(24) < 12, 0.0, 4.0)
-        (broken,) = breaks(readings(value, sd), NOISE["backlash"])
-        covered.append(abs(broken.size - 4.0) < 1.96 * broken.sd)
-    assert 0.92 <= np.mean(covered) <= 0.99
+        sds = random.uniform(0.3, 0.9, 24)
+        walk = np.cumsum(random.normal(0.0, priors.play_day_sd_rad / DEGREE, 24))
+        own = np.hypot(sds, priors.play_noise_sd_rad / DEGREE) * random.normal(size=24)
+        plays = 4.0 + walk + own + np.where(np.arange(24) < 12, 0.0, 5.0)
+        fleet.append([drive_row(k, 0.5, play_deg=plays[k], sds=(0.1, sds[k], 0.02)) for k in range(24)])
+    covered = []
+    for truck, rows in zip(trucks_now(fleet, [priors] * 300), fleet, strict=True):
+        assert len(rows) == 24 and len(truck.changes) == 1
+        (change,) = truck.changes
+        covered.append(abs(change.size - 5.0 * DEGREE) < 1.96 * change.sd)
+    assert 0.9 <= np.mean(covered) <= 0.995
 
 
 def test_a_drift_is_its_slope_with_an_interval_that_covers_it() -> None:
     random = np.random.default_rng(7)
     covered = []
     for _ in range(300):
-        value = 0.02 * np.arange(20) + NOISE["backlash"].scatter(np.full(20, 0.5)) * random.normal(0.0, 1.0, 20)
+        value = 0.02 * np.arange(20) + np.hypot(0.3, 0.5) * random.normal(0.0, 1.0, 20)
         found = drift(readings(value), 0)
         assert found is not None
         covered.append(abs(found[0] - 0.02) < 1.96 * found[1])
     assert 0.92 <= np.mean(covered) <= 0.99
     assert drift(readings(np.zeros(3)), 0) is None
+
+
+def test_a_gyro_whose_bias_moved_with_the_offset_is_its_cause() -> None:
+    """A replaced gyro is named where its bias moved by more than the drives scatter, and not where it did not."""
+    random = np.random.default_rng(9)
+    for moved, size in ((True, 0.3), (False, 0.0), (False, 0.08)):
+        value = random.normal(0.0, 0.04, 12) + np.where(np.arange(12) < 6, 0.0, size)
+        assert readings(value, 0.02).moved(MONDAY_S + 6 * DAY_S) is moved
+    assert not readings(np.zeros(3)).moved(MONDAY_S)
 
 
 def truck_row(name: str, value: float, sd: float, limit: float = 2.0) -> dict[str, object]:
@@ -81,26 +105,20 @@ def truck_row(name: str, value: float, sd: float, limit: float = 2.0) -> dict[st
 def offset_with(
     value: float, sd: float, spread_sd: float, *, load_would_help: bool = True, is_valid: bool = True
 ) -> Offset:
+    around = 1.96 * sd
     return Offset(
+        truck=replace(ANY_TRUCK, load_would_help=load_would_help),
         value=value,
-        sd=sd,
-        spread_sd=spread_sd,
-        low=value - 1.96 * sd,
-        high=value + 1.96 * sd,
+        own=(value - 1.96 * spread_sd, value + 1.96 * spread_sd),
+        whole=(value - around, value + around),
         is_valid=is_valid,
         has_evidence=True,
-        since=0.0,
-        pull=0.0,
-        pull_sd=0.05,
-        pull_effect=0.0,
         not_identifiable_sd=0.0,
-        accelerometer_bias=0.0,
-        accelerometer_bias_sd=0.05,
-        load_would_help=load_would_help,
-        zero="fixed",
-        drift=None,
-        changes=[],
+        since=0.0,
     )
+
+
+ANY_TRUCK = truck_now([drive_row(day, 0.0) for day in range(3)], (), priors_of())
 
 
 def test_trucks_are_ranked_by_evidence_not_by_value() -> None:
@@ -161,25 +179,31 @@ def of_sd(sd: float, spread_sd: float, load_would_help: bool = True) -> Offset:
 
 
 @pytest.mark.parametrize(
-    ("offset", "driven", "decides"),
+    ("offset", "loaded_s", "decides"),
     [
-        (of_sd(0.4, 0.1), Driven([0.2] * 4, 40.0, 40.0), "a drive at another load"),
-        (of_sd(0.4, 0.1, False), Driven([0.2] * 4, 40.0, 40.0), "drives on other roads, or a measured pull"),
-        (of_sd(0.7, 0.2), Driven([0.6], 40.0, 0.5), "another drive with bends to the right"),
-        (of_sd(0.7, 0.2), Driven([0.6], 0.0, 30.0), "another drive with bends to the left"),
-        (of_sd(0.7, 0.2), Driven([0.6], 0.0, 0.0), "another drive with bends both ways"),
-        (of_sd(0.7, 0.2), Driven([0.6], 30.0, 30.0), "another drive with bends both ways"),
+        (of_sd(0.4, 0.1), (40.0, 40.0), "a drive at another load"),
+        (of_sd(0.4, 0.1, False), (40.0, 40.0), "drives on other roads, or a measured pull"),
+        (of_sd(0.7, 0.6), (40.0, 0.5), "another drive with bends to the right"),
+        (of_sd(0.7, 0.6), (0.0, 30.0), "another drive with bends to the left"),
+        (of_sd(0.7, 0.6), (0.0, 0.0), "another drive with bends both ways"),
+        (of_sd(0.7, 0.6), (30.0, 30.0), "another drive with bends both ways"),
     ],
 )
 def test_an_undecided_truck_gets_the_drive_that_narrows_the_larger_part_of_its_interval(
-    offset: Offset, driven: Driven, decides: str
+    offset: Offset, loaded_s: tuple[float, float], decides: str
 ) -> None:
-    assert would_decide(offset, driven).startswith(decides)
+    assert would_decide(offset, *loaded_s).startswith(decides)
 
 
 def test_a_pull_does_not_decide_about_a_valid_offset_so_another_load_is_not_the_advice() -> None:
     valid = offset_with(2.0, 0.4, 0.1)
-    assert would_decide(valid, Driven([0.2] * 4, 40.0, 40.0)) == "another drive with bends both ways"
+    assert would_decide(valid, 40.0, 40.0) == "another drive with bends both ways"
+
+
+def test_drives_that_contradict_each_other_need_another_one() -> None:
+    offset = offset_with(2.0, 0.4, 0.1, is_valid=False)
+    ambiguous = replace(offset, truck=replace(offset.truck, is_ambiguous=True))
+    assert would_decide(ambiguous, 40.0, 40.0) == "another drive, since the last ones contradict each other"
 
 
 def is_named(row: dict[str, object]) -> bool:

@@ -86,7 +86,7 @@ def tables(folder: Path, fleet: list[Drives]) -> Path:
     """A fleet's folder with these drives, all of one vehicle file."""
     rows = [
         {"truck": f"T{truck:03}", "start": row.start_s, "copy_of": None, "vehicle_file": "rigid"}
-        | {"offset_status": "valid", "used_s": row.used_s}
+        | {"offset_status": "valid", "duration_s": row.length_s, "used_s": row.used_s}
         | columns_of(row, _core.default_params())
         for truck, drives in enumerate(fleet)
         for row in drives

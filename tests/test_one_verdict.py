@@ -4,10 +4,12 @@ live display."""
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import polars as pl
 import pytest
 from live_drive import drive_log
 
@@ -28,7 +30,7 @@ from oncenter.offset.answer import Answer
 from oncenter.offset.compare import compare
 from oncenter.read.stream import Stream
 from oncenter.report.verdict_part import verdict_header
-from oncenter.signals import DEGREE
+from oncenter.signals import DEGREE, Signals
 from oncenter.verdict import STATES, Verdict, verdicts_of
 
 VEHICLE = Path(__file__).parents[1] / "vehicles" / "scania_r730_4x2.toml"
@@ -154,10 +156,49 @@ def test_one_drive_has_the_same_code_and_word_by_every_door(base: Answer, code: 
 
 def test_a_drive_without_an_offset_has_none_by_every_door(base: Answer) -> None:
     none = Estimate(None, None, "unobservable", "rad")
-    answer = replace(base, offset=none, offset_ci95_drive=None, summary=None, used_s=0.0, findings=())
+    answer = replace(base, offset=none, offset_ci95_drive=None, rows=(), used_s=0.0, findings=())
     assert verdicts_of(answer)[0].state == of_one_drive_fleet(answer)["verdict"] == "no_offset"
     assert str(answer).startswith("Not determined: ")
     assert json.loads(answer.to_json())["verdicts"][0]["state"] == "no_offset"
+
+
+def logs_of(offsets_deg: Sequence[float]) -> list[Signals]:
+    """Logs of ten minutes of one truck, whose sensor reads so much more."""
+    found = []
+    for day, more in enumerate(offsets_deg):
+        signals, _ = oc.simulate("thesis_drive", seed=day + 1)
+        time_s = pl.col("time_s") + MONDAY_S + 86400.0 * day
+        table = signals.table.head(60_000).with_columns(time_s, pl.col("steering_wheel_angle_rad") + more * DEGREE)
+        found.append(replace(signals, table=table, log=f"day{day}.parquet"))
+    return found
+
+
+@pytest.mark.parametrize(
+    "offsets_deg",
+    [(0.0, 0.0, 0.0), (2.0, -1.4), (1.9, -1.4, -1.4, -1.4), (0.0, 0.0, 4.0, 4.0)],
+    ids=["untouched", "contradicting", "calibrated", "remounted"],
+)
+def test_a_truck_s_logs_have_the_same_offset_and_verdict_as_a_folder_and_in_a_fleet(
+    offsets_deg: tuple[float, ...],
+) -> None:
+    logs = logs_of(offsets_deg)
+    folder = oc.offset(logs, TRUCK)
+    drives = []
+    for log in logs:
+        row = {"log": log.log, "key": log.log, "start": log.begin_s, "truck": "t", "vehicle_file": "t"}
+        drives.append({**row, **of_answer(oc.offset(log, TRUCK))})
+    of_truck = OfTruck("t", drives, TRUCK.offset_limit_deg)
+    (history,) = histories([of_truck])
+    truck = rank([history.truck])[0]
+    whole, own, value = folder.offset.ci95, folder.offset_ci95_drive, folder.offset.value
+    assert whole is not None and own is not None and value is not None
+    is_valid = folder.offset.status == "valid"
+    low, high = own if is_valid else whole
+    given = truck["offset_deg"], truck["offset_low_deg"], truck["offset_high_deg"]
+    assert given == pytest.approx((value / DEGREE, low / DEGREE, high / DEGREE), abs=1e-6)
+    assert truck["offset_sd_deg"] == pytest.approx((whole[1] - whole[0]) / 3.92 / DEGREE, abs=1e-6)
+    assert truck["offset_is_valid"] == is_valid == (len(offsets_deg) != 2)
+    assert truck["verdict"] == verdicts_of(folder)[0].state
 
 
 @pytest.fixture(scope="module")

@@ -50,12 +50,12 @@ def literal(rows: list[Row], priors: Priors, renewed: bool = False) -> tuple[Num
     start = one["variance"].copy()
     start[5:] = one["variant_steer"][0]
     n, k = len(rows), 7
-    elapsed = np.cumsum(table["days"])
+    elapsed, ignitions = np.cumsum(table["days"]), np.cumsum(np.minimum(table["days"], 1.0))
     states = np.zeros((n * k, n * k))
     for i in range(n):
         for j in range(n):
             first = min(i, j)
-            variance = start + first * one["at_ignition"] + elapsed[first] * one["per_day"]
+            variance = start + ignitions[first] * one["at_ignition"] + elapsed[first] * one["per_day"]
             states[i * k : i * k + k, j * k : j * k + k] = np.diag(variance)
     mean = np.tile(one["mean"], n)
     if renewed:
@@ -81,10 +81,8 @@ def literal(rows: list[Row], priors: Priors, renewed: bool = False) -> tuple[Num
             drive["load_bent"],
         )
         view[1, at + 1] = view[2, at + BIAS] = view[2, at + PULL] = 1.0
-        by_wind = np.array([drive["per_pull"], 0.0, 1.0])
-        noise = np.diag([drive["noise"][0], drive["noise"][1], 0.0])
         views.append(view)
-        noises.append(own + noise + drive["noise"][2] * np.outer(by_wind, by_wind))
+        noises.append(own + np.diag(drive["noise"]))
         values.append(center)
         for bank in (drive["driving"], drive["standing"]):
             if bank["variance"] > 0.0:
@@ -125,7 +123,7 @@ def test_one_possible_change_has_the_weight_by_bayes_rule(moved_deg: float) -> N
     """Both histories have their own likelihoods; the rate of changes is their prior."""
     rows = [ROWS[0], drive_row(3.0, 2.0 + moved_deg, neutral=0.16, bank=0.28, gradient=0.5 * DEGREE)]
     priors = replace(PLAIN, changes_per_day=(0.0, 0.2, 0.0, 0.0, 0.0))
-    prior = 1.0 - math.exp(-0.2 * 3.0)
+    prior = 1.0 - math.exp(-0.2 * (3.0 - rows[0].length_s / DAY_S))
     same, changed = (literal(rows, priors, renewed=renewed)[2] for renewed in (False, True))
     expected = prior * math.exp(changed - same) / (1.0 - prior + prior * math.exp(changed - same))
     found = filtered(rows, priors)

@@ -84,6 +84,7 @@ def row_of_drive(drive: Mapping[str, Any]) -> Row | None:
     row = Row(
         modes=modes_in(drive[_EVIDENCE]),
         status=str(drive.get("offset_status")),
+        logs=(drive["log"],) if drive.get("log") else (),
         start_s=start.timestamp() if isinstance(start, datetime) else start,
         **{member: drive.get(name) or 0.0 for member, name in _OF_TABLE.items()},
         **{**numbers, "measured": bool(numbers["measured"])},

@@ -147,6 +147,12 @@ _VERDICT = object_of(
     },
     optional=("note", "word"),
 )
+_DRIVE = {
+    "log": text("Its log."),
+    "start_time": text("Its start, UTC, 2026-03-02T07:00:00Z; null without one.", null=True),
+    "duration_s": number("s", "Its length."),
+    "fingerprint": text("Of the signals: a copy or a part of the drive in another log has the same hashes."),
+}
 
 
 _BY_PRIOR_TIMES = {
@@ -212,6 +218,7 @@ def _offset(schema: str) -> Schema:
         "verdicts": rows("What to do, the offset first.", _VERDICT),
         "vin": text("Of the truck, where a log has it.", null=True),
         "start_time": text("Start of the first drive, UTC, 2026-03-02T07:00:00Z; null without one.", null=True),
+        "drives": rows("The drives of the answer.", object_of("A drive.", _DRIVE)),
     }
     at_steering_wheel = {
         "assumed": lines("wheelbase_m and steering_ratio, where the vehicle file does not give them."),
@@ -440,6 +447,7 @@ def _compare() -> Schema:
             "state": text("Result of the calibration or repair as one word."),
             "headline": text("The result as a sentence."),
             "action": text("What to do, as a sentence; empty if nothing."),
+            "order": text("By the start times, or as the user gave it.", choices=("date", "given")),
             "limit_deg": number("deg", "An offset of this size or more, either sign, needs a recalibration."),
             "change": object_of("Change of the offset.", change),
             "cancelled_half_width_deg": number(

@@ -491,7 +491,12 @@ def _fleet() -> Schema:
         "trucks": lines("Trucks that are new."),
         "unread": lines("Logs without an answer that had none of this reason before."),
     }
-    twice = {"log": text("The log."), "trucks": lines("Its trucks.")}
+    of_truck = {"log": text("The log."), "truck": text("Its truck.")}
+    twice = {
+        "log": text("The first of its logs by name."),
+        "trucks": lines("Its trucks."),
+        "logs": rows("A log of each of them.", object_of("A log.", of_truck)),
+    }
     poisonous = by_name("A log at which a reader crashed or was stopped.", {"type": "string"})
     return object_of(
         "Answer of `oncenter fleet run --json`, which is also the file metrics.json.",
@@ -514,6 +519,10 @@ def _fleet() -> Schema:
             "new": object_of("What differs from the last night.", new),
             "damaged": lines("What of the ledger was damaged and set apart in this run."),
             "in_two_trucks": rows("Logs that count for several trucks.", object_of("A log.", twice)),
+            "gone": rows(
+                "The first 1,000 drives that count no longer: logs were removed.", object_of("A log.", of_truck)
+            ),
+            "events": count("Events of the trucks that a person stated."),
             "trucks": count("Trucks in the tables."),
             "changes_of_offset": count("Changes of an offset."),
             "verdicts": by_name("By code of the verdict, the number of trucks.", counts),

@@ -131,7 +131,7 @@ class Comparison:
 
     @property
     def order_note(self) -> str:
-        """Who ordered the drives, where their start times do not."""
+        """The reason for an order that the start times do not give; empty where they do."""
         why = _why_not_by_date(self.before, self.after)
         return f"The user gave the order of the drives: {why}." if why else ""
 

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.signals import DEGREE
-from oncenter.utc import LAST_S
+from oncenter.utc import LAST_S, iso
 from oncenter.vehicle_keys import APPLIED_MAX_DEG
 
 CALIBRATED, REPAIRED, CHANGED, ANOTHER_TRUCK = KINDS = ("calibrated", "repaired", "changed", "another_truck")
@@ -24,6 +24,10 @@ class Event:
     kind: str
     by_rad: float | None = None
 
+    def __str__(self) -> str:
+        by = "" if self.by_rad is None else f"={self.by_rad / DEGREE:g}"
+        return f"{self.kind}@{iso(self.time_s)}{by}"
+
 
 def parse_event(text: str) -> Event:
     """The event of a text "KIND@DATE" or "calibrated@DATE=DEG".
@@ -38,7 +42,7 @@ def parse_event(text: str) -> Event:
     try:
         by_deg = float(size) if has_size else None
     except ValueError:
-        raise _refusal(f"{size!r} in {text!r} is no number of degrees: {_FORM}") from None
+        raise _refusal(f"{size!r} in {text!r} is not a number of degrees: {_FORM}") from None
     return event_of(kind, date, by_deg)
 
 

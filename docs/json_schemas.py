@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from oncenter.fleet.news import KINDS
 from oncenter.fleet.tables import TRUCKS
 from oncenter.verdict.states import OF_OFFSET, STATES
 
@@ -491,6 +492,7 @@ def _fleet() -> Schema:
         "trucks": lines("Trucks that are new."),
         "unread": lines("Logs without an answer that had none of this reason before."),
     }
+    found = {"count": count("Trucks or logs that have it."), "names": lines("The first 1,000 of them.")}
     of_truck = {"log": text("The log."), "truck": text("Its truck.")}
     twice = {
         "log": text("The first of its logs by name."),
@@ -517,6 +519,7 @@ def _fleet() -> Schema:
             "unread": rows("The first 1,000 logs without an answer.", object_of("A log.", unread)),
             "poisonous": rows("Logs that are skipped.", poisonous),
             "new": object_of("What differs from the last night.", new),
+            "kinds": object_of("By kind of --fail-on.", {kind: object_of("A kind.", found) for kind in KINDS}),
             "damaged": lines("What of the ledger was damaged and set apart in this run."),
             "in_two_trucks": rows("Logs that count for several trucks.", object_of("A log.", twice)),
             "gone": rows(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import Annotated, Literal
@@ -75,7 +74,7 @@ def run(
     from oncenter.files.whole_file import check_place
     from oncenter.fleet import run as run_night  # first: it checks that the extra is installed
     from oncenter.fleet.engines import on_ray, processes
-    from oncenter.fleet.news import KINDS, counts_of
+    from oncenter.fleet.news import KINDS
 
     failing = kinds_of(fail_on, KINDS)
     if metrics is not None:
@@ -104,7 +103,8 @@ def run(
     if metrics is not None:
         write_metrics(metrics, summary)
     typer.echo((output / "metrics.json").read_text(encoding="utf-8").rstrip() if json else in_words(summary))
-    fail_on_kinds(Counter(counts_of(summary.new, summary.refused, summary.damaged)).elements(), failing)
+    named = {kind: each["names"] for kind, each in summary.kinds.items()}
+    fail_on_kinds({kind: each["count"] for kind, each in summary.kinds.items()}, failing, named)
 
 
 @fleet.command(epilog="Example: oncenter fleet trucks --output fleet --csv trucks.csv")

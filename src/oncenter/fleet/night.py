@@ -25,7 +25,7 @@ from oncenter.fleet.files import STORE, find_logs, refuse_credentials
 from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.ledger_file import is_damage, is_ledger
 from oncenter.fleet.ledger_file import set_apart as set_apart_file
-from oncenter.fleet.news import News, keep_for_next_night, news_of
+from oncenter.fleet.news import Kind, News, keep_for_next_night, kinds_of, news_of
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.trucks import Trucks
 from oncenter.fleet.watched import ANSWERER, Watched
@@ -45,11 +45,11 @@ class Summary:
     `logs_per_second` the rate while logs were answered, `peak_memory_mb` that of the largest process. `copies` of the
     `drives` are copies or parts of another one and do not count for their trucks. `refused` counts logs without an
     answer by error code, `unread` names the first 1,000 of them, and `poisonous` those at which a reader crashed or was
-    stopped, in this run or earlier. `new` is what differs from the last night. `damaged` names what of the ledger was
-    damaged and set apart, and `in_two_trucks` logs that count for several trucks. `gone` are the first 1,000 drives
-    that count no longer since this night, because their logs were removed. `events` counts those that a person stated
-    of the trucks. `verdicts` and `states` count trucks, see `tables.TRUCKS`. `worst` are the first ten trucks' rows of
-    that table.
+    stopped, in this run or earlier. `new` is what differs from the last night, and `kinds` has the trucks and logs by
+    kind of `--fail-on`. `damaged` names what of the ledger was damaged and set apart, and `in_two_trucks` logs that
+    count for several trucks. `gone` are the first 1,000 drives that count no longer since this night, because their
+    logs were removed. `events` counts those that a person stated of the trucks. `verdicts` and `states` count trucks,
+    see `tables.TRUCKS`. `worst` are the first ten trucks' rows of that table.
     """
 
     version: str
@@ -68,6 +68,7 @@ class Summary:
     unread: tuple[dict[str, Any], ...]
     poisonous: tuple[dict[str, str], ...]
     new: News
+    kinds: dict[str, Kind]
     damaged: tuple[str, ...]
     in_two_trucks: tuple[dict[str, Any], ...]
     gone: tuple[dict[str, str], ...]
@@ -128,6 +129,7 @@ def run(
                 tables = _write_tables(folder, ledger, trucks, limit_deg)
             except OncenterError as error:
                 raise _stopped(str(error)) from None
+            new, damaged = news_of(ledger, tables.ranked, tables.unread), (*set_apart, *ledger.damaged)
             summary = Summary(
                 version=_core.version(),
                 output=str(folder),
@@ -140,8 +142,9 @@ def run(
                 logs_per_second=rate,
                 peak_memory_mb=_peak_memory_mb(),
                 unread=tuple(tables.unread[:_UNREAD_MAX]),
-                new=news_of(ledger, tables.ranked, tables.unread),
-                damaged=(*set_apart, *ledger.damaged),
+                new=new,
+                kinds=kinds_of(new, tables.unread, damaged),
+                damaged=damaged,
                 in_two_trucks=tuple(ledger.of_two_trucks()),
                 gone=tuple(ledger.gone()[:_UNREAD_MAX]),
                 **tables.counts,

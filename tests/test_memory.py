@@ -35,6 +35,7 @@ FULL = TruckMemory(
         Load(Remembered(0.3 * DEGREE, 0.02 * DEGREE, NOW_S), 3),
         Load(Remembered(0.5 * DEGREE, 0.03 * DEGREE, NOW_S), 1),
     ),
+    vin="YS2R4X20001234567",
     drives=(
         PastDrive("0123", NOW_S, 2.0 * DEGREE, 0.4 * DEGREE, "valid"),
         PastDrive("4567", NOW_S, None, None, "converging"),

@@ -113,8 +113,9 @@ class Drives:
         if gone is None:
             return
         keys, before = _read(gone)["keys"], self._memory(gone.with_suffix(".toml"))
-        left = [drive for drive in self._memory(self.memory).drives if drive.key not in keys]
-        write_memory(self.memory, replace(before, drives=tuple(left)))
+        now = self._memory(self.memory)
+        left = tuple(drive for drive in now.drives if drive.key not in keys)
+        write_memory(self.memory, replace(before, drives=left, vin=now.vin if left else None))
         for later in files[files.index(gone) + 1 :]:
             write_memory(
                 later.with_suffix(".toml"), replace(before, drives=self._memory(later.with_suffix(".toml")).drives)

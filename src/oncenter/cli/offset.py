@@ -166,6 +166,8 @@ def _of_all(
 
     before = None if memory is None else _remembered(memory, truck)
     drives, found = read_logs(places, truck, dbc, take, _wanted(method, truck, params), join)
+    if before is not None and before.vin is not None:
+        _refuse_another_truck(drives, before)
     with progress_bar("answering", *places.logs) as progress:
         if before is None:
             answer, after = oc.offset(drives, truck, method=method, params=params, progress=progress), None
@@ -173,8 +175,24 @@ def _of_all(
             from oncenter.memory import offset_with_memory
 
             answer, after = offset_with_memory(drives, truck, before, method=method, params=params, progress=progress)
+            after = after if after == before else replace(after, vin=before.vin or answer.vin)
     answer = replace(answer, findings=(*found, *answer.findings), notes=(*answer.notes, *places.notes))
     return answer, None if after == before else after
+
+
+def _refuse_another_truck(drives: Sequence[oc.Signals], memory: TruckMemory) -> None:
+    """
+    Raises:
+        OncenterError: "different_trucks", exit code 2: the VIN of a drive is not that of the memory.
+    """
+    other = next((drive for drive in drives if drive.vin not in (None, memory.vin)), None)
+    if other is not None:
+        raise OncenterError(
+            f"{other.log} has VIN {other.vin}, and the former drives of truck '{memory.truck}' have VIN {memory.vin}: "
+            "give this truck's logs, or the memory of the other truck",
+            code="different_trucks",
+            exit_code=WRONG_USAGE,
+        )
 
 
 def _remembered(memory: Path, truck: oc.Vehicle) -> TruckMemory:

@@ -238,6 +238,7 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
     from oncenter.fleet.page_data import PageData, drive_data
     from oncenter.fleet.ranking import OfTruck, histories, mark_copies, rank, vehicle_file_of
     from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
+    from oncenter.fleet.vins import without_other_vins
     from oncenter.verdict.states import OF_OFFSET
 
     data = PageData(ledger.count_trucks())
@@ -260,8 +261,10 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
         waiting: list[tuple[OfTruck, list[dict[str, Any]]]] = []
         held = 0
         for truck, rows in ledger.by_truck():
+            events = ledger.events_of(truck)
+            rows = without_other_vins(rows, events)
             mark_copies(rows)
-            rows, events = _without_removed(rows), ledger.events_of(truck)
+            rows = _without_removed(rows)
             stated += len(events)
             for row in rows:
                 drives.add(row)

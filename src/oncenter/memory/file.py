@@ -99,6 +99,7 @@ class _PastDrive(_Table):
 class _File(_Table):
     schema_: Literal["oncenter/truck-1"] = Field(alias="schema")
     truck: str
+    vin: Annotated[str, Field(max_length=200)] | None = None
     play: _Play | None = None
     yaw_rate_bias: _YawRateBias | None = None
     accelerometer_bias: _Accelerometer | None = None
@@ -148,6 +149,7 @@ def _memory_of(file: _File, what: str) -> TruckMemory:
             tuple(Load(each.remembered(), each.drives) for each in file.understeer_gradient),
             tuple(each.drive() for each in file.drives),
             None if file.ratio_times_wheelbase is None else file.ratio_times_wheelbase.remembered(),
+            file.vin,
         )
     except OverflowError as error:  # a date outside the calendar
         raise _noiso(what, error) from None
@@ -181,6 +183,8 @@ def text_of(memory: TruckMemory) -> str:
 def _lines(memory: TruckMemory) -> Iterator[str]:
     yield entry("schema", SCHEMA)
     yield entry("truck", printable(memory.truck))
+    if memory.vin is not None:
+        yield entry("vin", printable(memory.vin))
     for name, remembered, unit, factor in (
         ("play", memory.play, "deg", DEGREE),
         ("yaw_rate_bias", memory.yaw_rate_bias, "deg_s", DEGREE),

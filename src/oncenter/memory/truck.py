@@ -80,6 +80,7 @@ class TruckMemory:
         ratio_times_wheelbase: m, of a truck whose vehicle file does not give both.
         loads: gradients, one per load.
         drives: the last ones, oldest first.
+        vin: of its drives, where a log has one.
     """
 
     truck: str
@@ -90,6 +91,7 @@ class TruckMemory:
     loads: tuple[Load, ...] = ()
     drives: tuple[PastDrive, ...] = ()
     ratio_times_wheelbase: Remembered | None = None
+    vin: str | None = None
 
     def has(self, key: str) -> bool:
         return any(are_same(key, drive.key) for drive in self.drives)

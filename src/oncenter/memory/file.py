@@ -122,7 +122,7 @@ _NUMBERS = (
 class _File(_Table):
     schema_: Literal["oncenter/truck-2"] = Field(alias="schema")
     truck: str
-    vin: Annotated[str, Field(max_length=100)] | None = None
+    vin: Annotated[str, Field(max_length=200)] | None = None
     ratio_times_wheelbase: _Product | None = None
     events: list[_Event] = []
     drives: list[_Drive] = []

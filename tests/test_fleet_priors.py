@@ -91,7 +91,9 @@ def tables(folder: Path, fleet: list[Drives]) -> Path:
         for truck, drives in enumerate(fleet)
         for row in drives
     ]
-    pl.DataFrame(rows, schema_overrides={"copy_of": pl.String, "summary_params": pl.String}).write_parquet(folder / "drives.parquet")
+    pl.DataFrame(rows, schema_overrides={"copy_of": pl.String, "summary_params": pl.String}).write_parquet(
+        folder / "drives.parquet"
+    )
     empty = pl.DataFrame({"truck": ["T000"], "verdict": ["within"], "watch": [False]})
     for name in ("trucks", "changes"):
         empty.write_parquet(folder / f"{name}.parquet")

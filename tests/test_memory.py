@@ -49,7 +49,7 @@ ROW = Row(
     right_s=40.0,
     moved=1.0 * DEGREE,
     moved_sd=0.1 * DEGREE,
-    logs=("a \"log\".asc",),
+    logs=('a "log".asc',),
 )
 FULL = TruckMemory(
     'a "truck"',

@@ -181,7 +181,10 @@ def _of_all(
     drives, found = read_logs(places, truck, dbc, take, _wanted(method, truck, params), join)
     with progress_bar("answering", *places.logs) as progress:
         if before is None:
-            answer, after = oc.offset(drives, truck, method=method, params=params, events=events, progress=progress), None
+            answer, after = (
+                oc.offset(drives, truck, method=method, params=params, events=events, progress=progress),
+                None,
+            )
         else:
             from oncenter.memory import offset_with_memory
 

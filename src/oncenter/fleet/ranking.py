@@ -21,7 +21,7 @@ from oncenter.fleet.verdict import deciding_interval, second_line, state_of
 from oncenter.signals import DEGREE
 from oncenter.truck.events import Event
 from oncenter.truck.fingerprint import Print, copies
-from oncenter.truck.now import usable, Change, Truck, truck_now, trucks_now
+from oncenter.truck.now import Change, Truck, truck_now, trucks_now, usable
 from oncenter.truck.priors import priors_of
 from oncenter.truck.zero import Zero
 from oncenter.verdict.states import AT_FAULT, Code

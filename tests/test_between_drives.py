@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from truck_rows import drive_row
 
 import oncenter as oc
 from oncenter import _core
@@ -17,7 +18,8 @@ from oncenter.memory import TruckMemory, offset_with_memory
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate import simulate_to_log
 from oncenter.truck.fingerprint import Print, are_same, copies, fingerprint_of
-from oncenter.truck.zero import zero_of
+from oncenter.truck.now import truck_now
+from oncenter.truck.priors import priors_of
 from oncenter.tuned import BETWEEN_DRIVES
 from oncenter.vehicle import vehicle_from
 
@@ -214,31 +216,29 @@ def test_a_sensor_that_was_remounted_once_has_the_offset_since(drives: list[Sign
 
 
 @pytest.mark.parametrize(
-    ("offsets_deg", "steps", "zero"),
+    ("offsets_deg", "zero"),
     [
-        ((2.0, 2.1, 1.9, 2.0, 2.1, 2.0), [], "fixed"),
-        ((2.0, 2.1, 9.0, 2.0, 2.1, 2.0), [], "fixed"),  # one wrong drive
-        ((2.0, 2.1, 1.9, 5.0, 5.1, 5.0), [3], "fixed"),
-        ((2.0, 2.1, 5.0, 5.1, 8.0, 8.1), [2, 4], "moves"),
-        ((2.0, 2.1, 5.0, 5.1, 2.0, 2.1), [2, 4], "fixed"),  # remounted, then calibrated
-        ((2.0, 2.1, 5.0, 5.1, 2.0, 2.1, 6.0, 6.1), [2, 4, 6], "moves"),
-        ((2.0, 2.7, 3.4, 4.1, 4.8, 5.5, 6.2, 6.9), [4], "moves"),
-        ((6.1, -0.7, 11.0, -4.4), [], "relative"),
-        ((6.1, -0.7, 11.0, -4.4, 3.0, -7.5), [2], "relative"),
-        ((6.1, -0.7, 11.0), [], "fixed"),  # too few
+        ((2.0, 2.1, 1.9, 2.0, 2.1, 2.0), "fixed"),
+        ((2.0, 2.1, 9.0, 2.0, 2.1, 2.0), "fixed"),  # one wrong drive
+        ((2.0, 2.1, 1.9, 5.0, 5.1, 5.0), "fixed"),
+        ((2.0, 2.1, 5.0, 5.1, 2.0, 2.1), "fixed"),  # remounted, then calibrated
+        ((2.0, 2.1, 2.9, 3.6, 3.7, 4.8, 5.5, 5.6), "moves"),
+        ((2.0, 2.7, 3.4, 4.1, 4.8, 5.5, 6.2, 6.9), "moves"),
+        ((6.1, -0.7, 11.0, -4.4), "relative"),
+        ((6.1, -0.7, 11.0, -4.4, 3.0, -7.5), "relative"),
+        ((6.1, -0.7, 11.0), "fixed"),  # too few
     ],
 )
-def test_drives_that_exclude_each_other_have_the_cause_that_fits(
-    offsets_deg: tuple[float, ...], steps: list[int], zero: str
-) -> None:
-    offsets = np.array(offsets_deg) * DEGREE
-    assert zero_of(offsets, np.full_like(offsets, 0.15 * DEGREE), steps) == zero
+def test_drives_that_exclude_each_other_have_the_cause_that_fits(offsets_deg: tuple[float, ...], zero: str) -> None:
+    rows = [drive_row(day, offset) for day, offset in enumerate(offsets_deg)]
+    assert truck_now(rows, (), priors_of()).zero == zero
 
 
 def test_a_drive_that_is_not_sure_contradicts_nobody() -> None:
-    offsets = np.array([2.0, 2.1, 9.0, 2.0, -6.0, 2.1]) * DEGREE
-    sds = np.array([0.1, 0.1, 3.0, 0.1, 3.0, 0.1]) * DEGREE
-    assert zero_of(offsets, sds, []) == "fixed"
+    offsets_deg, sds = (2.0, 2.1, 9.0, 2.0, -6.0, 2.1), (0.1, 0.1, 3.0, 0.1, 3.0, 0.1)
+    rows = [drive_row(day, by, sds=(sd, 0.3, 0.02)) for day, (by, sd) in enumerate(zip(offsets_deg, sds, strict=True))]
+    truck = truck_now(rows, (), priors_of())
+    assert truck.zero == "fixed" and truck.changes == ()
 
 
 def test_a_sensor_that_slips_again_and_again_is_named_and_its_interval_has_the_last_value(

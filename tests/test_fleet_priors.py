@@ -54,7 +54,7 @@ def _truck(random: np.random.Generator, pull_sd: float, loads: tuple[float, ...]
         rows.append(
             drive_row(
                 day,
-                offset + pulled * (pull + wind + error) + random.normal(0.0, 0.12),
+                offset + pulled * (pull + error) + random.normal(0.0, 0.12),
                 play_deg=play + random.normal(0.0, 0.4),
                 neutral=bias + pull + wind + error,
                 sds=(np.hypot(0.08, pulled * 0.02), 0.3, 0.02),
@@ -91,7 +91,9 @@ def tables(folder: Path, fleet: list[Drives]) -> Path:
         for truck, drives in enumerate(fleet)
         for row in drives
     ]
-    pl.DataFrame(rows, schema_overrides={"copy_of": pl.String, "summary_params": pl.String}).write_parquet(folder / "drives.parquet")
+    pl.DataFrame(rows, schema_overrides={"copy_of": pl.String, "summary_params": pl.String}).write_parquet(
+        folder / "drives.parquet"
+    )
     empty = pl.DataFrame({"truck": ["T000"], "verdict": ["within"], "watch": [False]})
     for name in ("trucks", "changes"):
         empty.write_parquet(folder / f"{name}.parquet")

@@ -50,12 +50,12 @@ def literal(rows: list[Row], priors: Priors, renewed: bool = False) -> tuple[Num
     start = one["variance"].copy()
     start[5:] = one["variant_steer"][0]
     n, k = len(rows), 7
-    elapsed = np.cumsum(table["days"])
+    elapsed, ignitions = np.cumsum(table["days"]), np.cumsum(np.minimum(table["days"], 1.0))
     states = np.zeros((n * k, n * k))
     for i in range(n):
         for j in range(n):
             first = min(i, j)
-            variance = start + first * one["at_ignition"] + elapsed[first] * one["per_day"]
+            variance = start + ignitions[first] * one["at_ignition"] + elapsed[first] * one["per_day"]
             states[i * k : i * k + k, j * k : j * k + k] = np.diag(variance)
     mean = np.tile(one["mean"], n)
     if renewed:
@@ -81,10 +81,8 @@ def literal(rows: list[Row], priors: Priors, renewed: bool = False) -> tuple[Num
             drive["load_bent"],
         )
         view[1, at + 1] = view[2, at + BIAS] = view[2, at + PULL] = 1.0
-        by_wind = np.array([drive["per_pull"], 0.0, 1.0])
-        noise = np.diag([drive["noise"][0], drive["noise"][1], 0.0])
         views.append(view)
-        noises.append(own + noise + drive["noise"][2] * np.outer(by_wind, by_wind))
+        noises.append(own + np.diag(drive["noise"]))
         values.append(center)
         for bank in (drive["driving"], drive["standing"]):
             if bank["variance"] > 0.0:

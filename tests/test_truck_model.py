@@ -17,8 +17,9 @@ from oncenter.truck.priors import Priors, priors_of
 from oncenter.truck.row import Row
 
 RATIO, CROWN_M_S2 = 20.0, 0.2
+WIND_SD_M_S2 = priors_of().wind_sd_m_s2
 GRADIENTS = (0.3, 0.42, 0.56)  # deg/(m/s^2), of three loads
-LITTLE = replace(priors_of(), load_steer_sds_rad=(0.003 * DEGREE, 0.003 * DEGREE))
+LITTLE = replace(priors_of(), load_steer_sds_rad=(0.003 * DEGREE, 0.003 * DEGREE), wide_pull_probability=0.0)
 
 
 def truck(
@@ -36,14 +37,14 @@ def truck(
 ) -> list[Row]:
     """Rows of a truck, a day each, by the model's equations written out, not by its code: i K p in the offset, b + p in
     the neutral acceleration, bank and standing ground by b and the roads' crown. Without compliance. deg, m/s^2."""
-    found, region = [], random.normal(0.0, 0.07)
+    found = []
     for k in range(drives):
         gradient = gradients[k % len(gradients)]
-        crown, wind = random.normal(CROWN_M_S2 + region, 0.07), random.normal(0.0, 0.02)
+        crown, wind = random.normal(CROWN_M_S2, 0.1), random.normal(0.0, WIND_SD_M_S2)
         found.append(
             drive_row(
                 first_day + k,
-                offset + RATIO * gradient * (pull + wind) + random.normal(0.0, math.hypot(sd, 0.1)),
+                offset + RATIO * gradient * pull + random.normal(0.0, math.hypot(sd, 0.1)),
                 play_deg=play + random.normal(0.0, math.hypot(0.2, 0.3)),
                 neutral=bias + pull + wind + random.normal(0.0, 0.01),
                 sds=(sd, 0.2, 0.01),
@@ -99,8 +100,8 @@ def test_loads_separate_a_pull_from_the_accelerometers_bias() -> None:
 def test_a_trucks_interval_contains_its_offset_at_the_stated_rate() -> None:
     random = np.random.default_rng(2)
     given = [
-        truck(random, pull=random.normal(0.0, 0.05) * wide, bias=random.normal(0.0, 0.1), stands=k % 2 == 0)
-        for k, wide in enumerate(random.choice([1.0, LITTLE.wide_pull], 600, p=[0.9, 0.1]))
+        truck(random, pull=random.normal(0.0, 0.05), bias=random.normal(0.0, 0.1), stands=k % 2 == 0)
+        for k in range(600)
     ]
     whole = of(learned(given), "whole")
     middle, half_width = whole.mean(axis=1), 0.5 * (whole[:, 1] - whole[:, 0])
@@ -125,17 +126,17 @@ def test_a_step_of_a_degree_is_found_within_three_drives_and_none_where_none_is(
 
 
 def test_a_single_wrong_drive_makes_no_step() -> None:
-    """A first one that differs may have been before a calibration, and a last one after it: the offset is right, or not
-    valid."""
+    """The first one may be of before a change, and the last one after one: what is ambiguous is not valid."""
     random = np.random.default_rng(4)
-    for place in range(8):
+    for place in range(1, 8):
         drives = truck(random)
         drives[place] = shifted(drives[place], 8.0)
         (answer,) = learned([drives])
-        assert 0 < place < 7 or steps(answer) in ([], [1], [7])
-        assert place in (0, 7) or steps(answer) == [], place
-        now = 10.0 if steps(answer) == [7] else 2.0
-        assert abs(answer.offset - now * DEGREE) < 1.0 * DEGREE, place
+        if place < 7:
+            assert steps(answer) == [], place
+            assert abs(answer.offset - 2.0 * DEGREE) < 1.0 * DEGREE, place
+        else:
+            assert not answer.is_valid(_core.default_params())
 
 
 def test_a_drive_with_a_wrong_play_has_less_weight_for_the_offset() -> None:
@@ -188,7 +189,7 @@ def test_ride_height_that_steers_with_the_load_is_in_the_interval() -> None:
         drives = truck(random, drives=9, pull=random.normal(0.0, 0.05), bias=random.normal(0.0, 0.1))
         given.append([shifted(row, by_load[k % 3]) for k, row in enumerate(drives)])
     whole = of(learned(given, priors_of()), "whole")
-    assert np.mean((whole[:, 0] < 2.0 * DEGREE) & (whole[:, 1] > 2.0 * DEGREE)) >= 0.88
+    assert np.mean((whole[:, 0] < 2.0 * DEGREE) & (2.0 * DEGREE < whole[:, 1])) >= 0.88
 
 
 def test_one_drive_alone_keeps_its_uncertainty_and_has_no_nan() -> None:
@@ -202,20 +203,16 @@ def test_one_drive_alone_keeps_its_uncertainty_and_has_no_nan() -> None:
 
 
 def test_a_wheel_alignment_moves_the_pull_with_the_offset() -> None:
-    """By three standard deviations of pulls, which is seldom; the whole interval is wide enough in most cases."""
     random = np.random.default_rng(11)
-    error, blind, covered, kinds = [], [], [], []
+    error, blind = [], []
     for _ in range(30):
         before = truck(random, drives=10, bias=0.1)
         after = truck(random, drives=10, bias=0.1, pull=0.15, offset=5.0, first_day=10)
         (answer,) = learned([before + after])
         (change,) = answer.changes
-        assert abs(change.at - 10) <= 1
-        kinds.append(change.kind)
+        assert abs(change.at - 10) <= 1 and change.kind == "alignment"
         error.append(answer.pull - 0.15)
-        blind.append(0.5 * sum(answer.whole) - 5.0 * DEGREE)
-        covered.append(answer.whole[0] < 5.0 * DEGREE < answer.whole[1])
-    assert sum(covered) >= 25 and kinds.count("alignment") >= 27
+        blind.append(answer.offset - 5.0 * DEGREE)
     assert abs(np.mean(error)) < 0.04
     assert np.median(np.abs(blind)) < 0.35 * DEGREE
 
@@ -226,16 +223,15 @@ def row_of(day: float, offset: float, play: float = 5.0, **more: float) -> Row:
 
 def test_a_calibration_before_the_last_drives_is_found_wherever_it_is() -> None:
     """One drive at -0.15 deg, three or six at -3.4: nothing between is right."""
-    for before, after in ((1, 3), (1, 6), (3, 1), (2, 2)):
+    for before, after in ((1, 3), (1, 6), (3, 1), (3, 2), (2, 2)):
         rows = [row_of(day, -0.15 if day < before else -3.4) for day in range(before + after)]
         answer = truck_now(rows, (), priors_of())
         assert steps(answer) == [before] and answer.since == before, (before, after)
         assert answer.offset == pytest.approx(-3.4 * DEGREE, abs=0.15 * DEGREE)
-        assert answer.is_valid(_core.default_params())
+        assert answer.is_valid(_core.default_params()) == (after > 1)  # the last one alone may be wrong
 
 
 def test_two_drives_that_contradict_each_other_are_not_valid_until_a_calibration_is_stated() -> None:
-    """A day apart: a zero that differs at each start explains them as well as a change."""
     rows = [row_of(0.0, 3.5), row_of(1.0, 0.1)]
     answer = truck_now(rows, (), priors_of())
     assert answer.is_ambiguous and not answer.is_valid(_core.default_params())
@@ -254,7 +250,6 @@ def test_a_repaired_play_is_a_change_of_the_play_and_not_of_the_offset() -> None
     assert (change.at, change.kind, answer.since, answer.play_since) == (3, "play", 0, 3)
     assert change.before == pytest.approx(10.0 * DEGREE, abs=0.5 * DEGREE)
     assert change.after == pytest.approx(3.0 * DEGREE, abs=0.5 * DEGREE)
-    assert answer.play == pytest.approx(change.after, rel=1e-4)
     assert answer.offset == pytest.approx(0.0, abs=0.1 * DEGREE)
 
 
@@ -289,6 +284,6 @@ def test_dates_that_are_cut_into_more_drives_change_nothing() -> None:
             )
         ] * 2
     one, cut = truck_now(whole, (), quiet), truck_now(parts, (), quiet)
-    assert cut.offset == pytest.approx(one.offset, abs=0.02 * DEGREE)
-    assert cut.whole == pytest.approx(one.whole, abs=0.02 * DEGREE)
+    assert cut.offset == pytest.approx(one.offset, abs=0.01 * DEGREE)
+    assert cut.whole == pytest.approx(one.whole, abs=0.01 * DEGREE)
     assert cut.play == pytest.approx(one.play, abs=0.01 * DEGREE)

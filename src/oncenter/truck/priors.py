@@ -72,7 +72,7 @@ class Priors:
     stated_sd_rad: float = 0.2 * DEGREE
     wrong_valid: float = 0.002
     wrong_other: float = 0.01
-    wrong_sds_rad: tuple[float, float] = (6.0 * DEGREE, 4.0 * DEGREE)
+    wrong_sds_rad: tuple[float, float] = (6.0 * DEGREE, 1.0 * DEGREE)
 
     @property
     def region_sd_m_s2(self) -> float:

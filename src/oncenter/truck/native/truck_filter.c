@@ -149,7 +149,7 @@ static double prior_of(const truck_history *h, int32_t change, const truck_drive
 static void age(truck_history *h, const truck_drive *drive, const truck_priors *priors) {
     const double days = drive->days < 1.0 ? drive->days : 1.0;
     for (int32_t k = 0; k < N; ++k) {
-        h->covariance[N * k + k] += priors->at_ignition[k] + drive->days * priors->per_day[k];
+        h->covariance[N * k + k] += days * priors->at_ignition[k] + drive->days * priors->per_day[k];
     }
     h->covariance[N * TRUCK_OFFSET + TRUCK_OFFSET] += h->zero == TRUCK_ZERO_MOVES ? days * priors->moves_variance : 0.0;
 }
@@ -174,10 +174,6 @@ static expected expect(const truck_history *h, const view *v, const truck_drive 
             }
         }
     }
-    const double by_wind = drive->per_pull * drive->noise[TRUCK_SEEN_NEUTRAL];
-    e.covariance[TRUCK_SEEN_OFFSET][TRUCK_SEEN_OFFSET] += drive->per_pull * by_wind;
-    e.covariance[TRUCK_SEEN_OFFSET][TRUCK_SEEN_NEUTRAL] += by_wind;
-    e.covariance[TRUCK_SEEN_NEUTRAL][TRUCK_SEEN_OFFSET] += by_wind;
     return e;
 }
 

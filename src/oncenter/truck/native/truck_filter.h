@@ -74,7 +74,8 @@ typedef struct {
 typedef struct {
     double mean[7], variance[7];             /* of the state before the first drive; of the offset and the play also
                                               * after a change */
-    double at_ignition[7], per_day[7];       /* variances of what may have changed a little between two drives */
+    double at_ignition[7], per_day[7];       /* variances of what may have changed a little between two drives: after a
+                                              * day, less after less time, and with each day */
     double changes_per_day[5];               /* rate of each change */
     double new_variance;                     /* rad^2, of the offset about 0 after a change */
     double variant_probability[3];           /* of trucks of three kinds, which differ by the next two */

@@ -41,7 +41,8 @@ _COLUMNS = (
     _Column("moved_deg", "moved", DEGREE, "change of the offset within the drive, which the evidence is after"),
     _Column("moved_sd_deg", "moved_sd", DEGREE, "its standard deviation; 0: no change"),
 )
-_OF_TABLE = {"length_s": "duration_s", "used_s": "used_s", "left_s": "side_force_left_s", "right_s": "side_force_right_s"}
+_SIDES = {"left_s": "side_force_left_s", "right_s": "side_force_right_s"}
+_OF_TABLE = {"length_s": "duration_s", "used_s": "used_s", **_SIDES}
 _PREFIX, _EVIDENCE, _PARAMS = "summary_", "summary_evidence", "summary_params"
 COLUMNS: Mapping[str, tuple[str, str]] = {
     _EVIDENCE: (

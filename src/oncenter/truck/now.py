@@ -105,7 +105,8 @@ class Truck:
     def is_valid(self, params: Mapping[str, float]) -> bool:
         """Whether the offset is exact enough to be set: one value, enough driving since its last change, lateral force
         to both sides, and a narrow interval from the driving."""
-        return not self.is_ambiguous and self.evidence_s >= params["joint_evidence_min_s"] and self.has_flanks and self.is_narrow(params)
+        has_evidence = self.has_flanks and self.evidence_s >= params["joint_evidence_min_s"]
+        return has_evidence and not self.is_ambiguous and self.is_narrow(params)
 
 
 def trucks_now(

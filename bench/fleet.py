@@ -30,6 +30,10 @@ from typing import Any
 import polars as pl
 from fleet_drives import fleet, write_fleet
 
+from oncenter.fleet.summaries import row_of_drive
+from oncenter.truck.now import truck_now
+from oncenter.truck.priors import priors_of
+
 SEED, DRIVES_A_MONTH = 11, 20
 FOUND_WITHIN = 3  # drives
 LEAST_DEG = 2.0

@@ -278,8 +278,8 @@ def page(found: dict[str, Any]) -> str:
     lines = [
         "### A truck's offset by eight drives of 20 minutes",
         "",
-        "The reading is `offset.value` with `ci95_drive`, judged less any share of the pull's effect, which it may have;"
-        " the offset is the middle of `ci95`, less the pull that the drives show.",
+        "The reading is `offset.value` with `ci95_drive`, judged less any share of the pull's effect, which it may"
+        " have; the offset is the middle of `ci95`, less the pull that the drives show.",
         "",
         "| trucks | n | reading's error, median | 95 % | covered | half-width | offset's error, median | 95 % | max |"
         " covered | half-width | of a single drive's | of the narrowest drive's | the narrowest drive's error, median |"

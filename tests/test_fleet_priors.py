@@ -54,7 +54,7 @@ def _truck(random: np.random.Generator, pull_sd: float, loads: tuple[float, ...]
         rows.append(
             drive_row(
                 day,
-                offset + pulled * (pull + wind + error) + random.normal(0.0, 0.12),
+                offset + pulled * (pull + error) + random.normal(0.0, 0.12),
                 play_deg=play + random.normal(0.0, 0.4),
                 neutral=bias + pull + wind + error,
                 sds=(np.hypot(0.08, pulled * 0.02), 0.3, 0.02),

@@ -132,10 +132,11 @@ def test_a_single_wrong_drive_makes_no_step() -> None:
         drives = truck(random)
         drives[place] = shifted(drives[place], 8.0)
         (answer,) = learned([drives])
-        assert 0 < place < 7 or steps(answer) in ([], [1], [7])
-        assert place in (0, 7) or steps(answer) == [], place
-        now = 10.0 if steps(answer) == [7] else 2.0
-        assert abs(answer.offset - now * DEGREE) < 1.0 * DEGREE, place
+        if place < 7:
+            assert steps(answer) == [], place
+            assert abs(answer.offset - 2.0 * DEGREE) < 1.0 * DEGREE, place
+        else:
+            assert not answer.is_valid(_core.default_params())
 
 
 def test_a_drive_with_a_wrong_play_has_less_weight_for_the_offset() -> None:
@@ -202,20 +203,16 @@ def test_one_drive_alone_keeps_its_uncertainty_and_has_no_nan() -> None:
 
 
 def test_a_wheel_alignment_moves_the_pull_with_the_offset() -> None:
-    """By three standard deviations of pulls, which is seldom; the whole interval is wide enough in most cases."""
     random = np.random.default_rng(11)
-    error, blind, covered, kinds = [], [], [], []
+    error, blind = [], []
     for _ in range(30):
         before = truck(random, drives=10, bias=0.1)
         after = truck(random, drives=10, bias=0.1, pull=0.15, offset=5.0, first_day=10)
         (answer,) = learned([before + after])
         (change,) = answer.changes
-        assert abs(change.at - 10) <= 1
-        kinds.append(change.kind)
+        assert abs(change.at - 10) <= 1 and change.kind == "alignment"
         error.append(answer.pull - 0.15)
         blind.append(0.5 * sum(answer.whole) - 5.0 * DEGREE)
-        covered.append(answer.whole[0] < 5.0 * DEGREE < answer.whole[1])
-    assert sum(covered) >= 25 and kinds.count("alignment") >= 27
     assert abs(np.mean(error)) < 0.04
     assert np.median(np.abs(blind)) < 0.35 * DEGREE
 
@@ -235,7 +232,6 @@ def test_a_calibration_before_the_last_drives_is_found_wherever_it_is() -> None:
 
 
 def test_two_drives_that_contradict_each_other_are_not_valid_until_a_calibration_is_stated() -> None:
-    """A day apart: a zero that differs at each start explains them as well as a change."""
     rows = [row_of(0.0, 3.5), row_of(1.0, 0.1)]
     answer = truck_now(rows, (), priors_of())
     assert answer.is_ambiguous and not answer.is_valid(_core.default_params())

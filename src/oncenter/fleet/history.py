@@ -1,4 +1,4 @@
-"""What a truck's drives say beside its model: means of quantities, a change of the gyro's bias, the offset's drift.
+"""Quantities of a truck's drives beside its model: means, a change of the gyro's bias, the offset's drift.
 
 All numbers are in the tables' units.
 """

@@ -135,6 +135,6 @@ def _left_out(count: int) -> str:
         return ""
     drives = "1 drive" if count == 1 else f"{count} drives"
     return (
-        f"{drives} of the truck's memory were answered by another version of oncenter or with another vehicle file, and "
-        "do not count: give their logs again with a new memory file"
+        f"{drives} of the truck's memory were answered by another version of oncenter or with another vehicle file, "
+        "and do not count: give their logs again with a new memory file"
     )

@@ -236,7 +236,7 @@ def merged(modes: Sequence[Mode], most: int) -> Numbers:
             break
         both = [with_prior[a], with_prior[b]]
         mean, covariance = moments(both)
-        information = np.linalg.inv(covariance)
+        information = np.asarray(np.linalg.inv(covariance), np.float64)
         one = Mode(float(np.logaddexp(both[0].log_weight, both[1].log_weight)), information, information @ mean)
         with_prior = [m for k, m in enumerate(with_prior) if k not in (a, b)] + [one]
     total = float(np.logaddexp.reduce([m.log_weight for m in with_prior]))

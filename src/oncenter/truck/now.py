@@ -34,7 +34,6 @@ _SURE = 0.9  # a zero that is not fixed
 _ZERO_DRIVES_MIN = 4
 _WIDE_PULL = 2  # variant of the filter's trucks, see `priors_of_filter`
 _AMBIGUOUS = 2.0  # widths of the narrowest history
-_DOUBTFUL = 0.1  # probability that the zero is not fixed, above which no number is set
 _PULL_IDENTIFIED = (0.5, 0.8)  # share of the pull's prior variance: below none of the pull is subtracted, above all
 
 
@@ -57,7 +56,7 @@ class Truck:
 
     `offset` is less the pull as far as the drives identify it, with the interval `own` from the driving and `whole`
     with what the drives do not identify. `since` is the first drive of the present offset, `play_since` of the present
-    play. `is_ambiguous`: the interval holds two values, or the zero may differ at each start; a further drive decides.
+    play. `is_ambiguous`: the interval holds two values, and a further drive decides.
     `offsets` are those of each drive, given the other estimates of the truck. `evidence_s` is the driving since the
     last change.
     """
@@ -106,12 +105,8 @@ class Truck:
     def is_valid(self, params: Mapping[str, float]) -> bool:
         """Whether the offset is exact enough to be set: one value, enough driving since its last change, lateral force
         to both sides, and a narrow interval from the driving."""
-        return (
-            not self.is_ambiguous
-            and self.evidence_s >= params["joint_evidence_min_s"]
-            and self.has_flanks
-            and self.is_narrow(params)
-        )
+        has_evidence = self.has_flanks and self.evidence_s >= params["joint_evidence_min_s"]
+        return has_evidence and not self.is_ambiguous and self.is_narrow(params)
 
 
 def usable(rows: Iterable[Row], events: Sequence[Event]) -> list[Row]:
@@ -258,7 +253,6 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     offset = _core.quantile(weights, own_mean, np.sqrt(own_variance + common), 0.5)
     half_width = max(own[1] - offset, offset - own[0])  # of several values the most probable one, all in the interval
     narrowest = 2.0 * 1.96 * math.sqrt(float(np.min(own_variance)) + common)
-    is_doubtful = float(weights[histories["zero"] > 0].sum()) > _DOUBTFUL
     bias, bias_variance = _mixed(weights, means[:, BIAS], covariances[:, BIAS, BIAS])
     play, play_variance = _mixed(weights, means[:, PLAY], covariances[:, PLAY, PLAY])
     row = np.zeros(7)
@@ -291,7 +285,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
         zero=zero,
         evidence_s=sum(r.used_s for r in rows[since:]),
         has_flanks=min(sum(r.left_s for r in recent), sum(r.right_s for r in recent)) >= flank_s,
-        is_ambiguous=is_doubtful or own[1] - own[0] > _AMBIGUOUS * narrowest,
+        is_ambiguous=own[1] - own[0] > _AMBIGUOUS * narrowest,
         offsets=offsets,
         offset_sds=offset_sds,
         log_likelihood=float(found["log_likelihood"]),

@@ -13,8 +13,8 @@ from oncenter.tuned import BETWEEN_DRIVES, PRIORS, TUNED
 
 @dataclass(frozen=True)
 class Priors:
-    """Standard deviations unless their name says otherwise, SI and rad. Those of the core are its params; the others are
-    tuned on seeds 1 to 60 of bench/one_truck.py and bench/trucks.py, which no published figure uses.
+    """Standard deviations unless their name says otherwise, SI and rad. Those of the core are its params; the others
+    are tuned on seeds 1 to 60 of bench/one_truck.py and bench/trucks.py, which no published figure uses.
 
     Attributes:
         pull_m_s2, accelerometer_bias_m_s2: means, as configured.
@@ -34,8 +34,8 @@ class Priors:
         new_offset_sd_rad: of an offset after a change.
         zero_probabilities: of a zero that is fixed, moves (by moves_sd_rad from a day to the next), or differs at each
             start (by relative_sd_rad).
-        wrong_valid, wrong_other: probability that a drive is wrong, by wrong_sds_rad of its offset and its play: of valid
-            drives 1 of 250.
+        wrong_valid, wrong_other: probability that a drive is wrong, by wrong_sds_rad of its offset and its play: 1 of 250
+            valid drives.
     """
 
     pull_sd_m_s2: float

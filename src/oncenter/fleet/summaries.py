@@ -31,7 +31,8 @@ def columns_of(row: Row | None, params: Mapping[str, float]) -> dict[str, float 
         return {}
     defaults = _core.default_params()
     given = [f"{name}={params[name]!r}" for name in PARAMS if params[name] != defaults[name]]
-    return {_NAMES[name]: value for name, value in of_row(row).items()} | {_PARAMS: " ".join(given) or None}
+    values = {_NAMES[name]: value for name, value in of_row(row).items() if name not in _OF_TABLE}
+    return values | {_PARAMS: " ".join(given) or None}
 
 
 def params_of_drive(drive: Mapping[str, Any]) -> dict[str, float]:

@@ -34,8 +34,8 @@ class Priors:
         new_offset_sd_rad: of an offset after a change.
         zero_probabilities: of a zero that is fixed, moves (by moves_sd_rad from a day to the next), or differs at each
             start (by relative_sd_rad).
-        wrong_valid, wrong_other: probability that a drive is wrong, by wrong_sds_rad of its offset and its play: 1 of 250
-            valid drives.
+        wrong_valid, wrong_other: probability that a drive is wrong, by wrong_sds_rad of its offset and its play: 1 of
+            250 valid drives.
     """
 
     pull_sd_m_s2: float

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from one_truck_drives import Driven
@@ -16,7 +16,6 @@ from one_truck_drives import Driven
 import oncenter as oc
 from oncenter import _core
 from oncenter.errors import OncenterError
-from oncenter.estimates.estimate import Estimate
 from oncenter.fleet.drive import of_answer
 from oncenter.fleet.ranking import OfTruck, histories, mark_copies
 from oncenter.memory import TruckMemory, offset_with_memory
@@ -67,7 +66,7 @@ Door = Callable[[Sequence[Driven], Collection[int]], Iterator[tuple[int, Said]]]
 def folder(drives: Sequence[Driven], wanted: Collection[int]) -> Iterator[tuple[int, Said]]:
     """`oncenter offset LOGS`."""
     for count in sorted(wanted):
-        yield count, of_answer_in_words(oc.offset(_signals(drives[:count]), drives[0].vehicle))
+        yield count, of_words(oc.offset(_signals(drives[:count]), drives[0].vehicle))
 
 
 def memory(drives: Sequence[Driven], wanted: Collection[int]) -> Iterator[tuple[int, Said]]:
@@ -76,7 +75,7 @@ def memory(drives: Sequence[Driven], wanted: Collection[int]) -> Iterator[tuple[
     for count, drive in enumerate(drives[: max(wanted)], 1):
         answer, known = after_one_more(drive.signals, drives[0].vehicle, known)
         if count in wanted:
-            yield count, of_answer_in_words(answer)
+            yield count, of_words(answer)
 
 
 def after_one_more(signals: Signals, vehicle: Vehicle, known: Any) -> tuple[oc.Answer, Any]:
@@ -171,7 +170,7 @@ def _of_core(answer: Any) -> Said:
     )
 
 
-def of_answer_in_words(answer: oc.Answer) -> Said:
+def of_words(answer: oc.Answer) -> Said:
     """Of an answer whose numbers and verdicts are printed."""
     play, value = answer.backlash, answer.offset.value
     return Said(
@@ -180,15 +179,11 @@ def of_answer_in_words(answer: oc.Answer) -> Said:
         own=_in_deg(answer.offset_ci95_drive),
         whole=_in_deg(answer.offset.ci95),
         play=NAN if play.value is None else play.value / DEGREE,
-        play_interval=_of_estimate(play),
+        play_interval=_in_deg(play.ci95),
         play_status=play.status,
         zero=answer.zero,
         states={verdict.about: verdict.state for verdict in verdicts_of(answer)},
     )
-
-
-def _of_estimate(estimate: Estimate) -> tuple[float, float]:
-    return _in_deg(estimate.ci95)
 
 
 def _in_deg(interval: tuple[float, float] | None) -> tuple[float, float]:
@@ -208,7 +203,7 @@ def answers(door: str, drives: Sequence[Driven], wanted: Collection[int]) -> dic
     begin = time.perf_counter()
     try:
         for count, said in DOORS[door](drives, wanted):
-            found[count] = _with_time(said, time.perf_counter() - begin)
+            found[count] = replace(said, seconds=time.perf_counter() - begin)
     except OncenterError as error:
         refusal = error.code
     except Exception as error:  # one sequence must not end a run of hours
@@ -216,9 +211,3 @@ def answers(door: str, drives: Sequence[Driven], wanted: Collection[int]) -> dic
     else:
         return found
     return {count: found.get(count, Said("refused", refusal=refusal)) for count in wanted}
-
-
-def _with_time(said: Said, seconds: float) -> Said:
-    from dataclasses import replace
-
-    return replace(said, seconds=seconds)

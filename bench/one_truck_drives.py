@@ -189,5 +189,12 @@ def _kept(place: Path, k: int) -> Driven:
     signals = Signals(table, dict.fromkeys(truth["sources"], source), truth["rate_hz"], place.name)
     given = {name: value for name, value in truth["vehicle"].items() if value is not None}
     vehicle = vehicle_from(given, place.name)
-    deg = (truth[f"{name}_deg"] for name in ("offset", "pulled", "play"))
-    return Driven(signals, vehicle, *deg, truth["load"], pl.read_parquet(_places(place, k))[_PLACE].to_numpy())
+    return Driven(
+        signals=signals,
+        vehicle=vehicle,
+        offset_deg=truth["offset_deg"],
+        pulled_deg=truth["pulled_deg"],
+        play_deg=truth["play_deg"],
+        load=truth["load"],
+        place_in_play=pl.read_parquet(_places(place, k))[_PLACE].to_numpy(),
+    )

@@ -47,7 +47,7 @@ from oncenter.findings import PLAY_STANDARD_DEG
 from oncenter.verdict.states import AT_FAULT
 
 OUTPUT = Path(__file__).parents[1] / "build" / "one_truck.json"
-SAVED_EVERY = 10  # trucks
+SAVED_EVERY = 5  # trucks
 
 
 # -- one truck

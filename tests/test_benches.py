@@ -23,6 +23,7 @@ SMALL = {
     "gyro_bias": "--seeds 1",
     "healthy": "--smoke --jobs 1",
     "live": "--seconds 20",
+    "one_truck": "FOLDER --smoke --jobs 1",
     "sensor_faults": "--smoke --jobs 1",
     "simulate": "--minutes 0.5 --rounds 1",
     "unknown_truck": "--smoke --jobs 1",

@@ -21,7 +21,9 @@ and
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,33 +37,14 @@ from vehiclemodels.vehicle_dynamics_mb import vehicle_dynamics_mb
 from oncenter.simulate.drive import ffi, lib
 from oncenter.simulate.truck import native_truck
 
-GRAVITY = 9.81  # m/s^2, as the multi-body model has it
-STIFFNESS_PER_LOAD = 8.5  # 1/rad
+sys.path.insert(0, str(Path(__file__).parents[1] / "bench"))
+
+from multibody_drives import single_track_truck, truck_like
+
 STEP_S = 0.01
 ANGLE, TURNED_S = 0.01, 0.05  # rad of the front wheels, s until they are there
 
 Course = Callable[[float], float]  # rad of the front wheels over s
-
-
-def truck_like() -> Any:
-    """The thesis's tractor as parameters of the multi-body model, all tyres of one kind."""
-    p = parameters_vehicle3()
-    p.m, p.m_uf, p.m_ur = 8100.0, 700.0, 1100.0
-    p.m_s = p.m - p.m_uf - p.m_ur
-    p.a, p.b = 1.005, 2.695
-    p.I_z, p.I_Phi_s, p.I_y_s = 24000.0, 6000.0, 20000.0
-    p.K_sf, p.K_sdf, p.K_sr, p.K_sdr = 250e3, 15e3, 250e3, 15e3
-    p.T_f, p.T_r = 2.05, 1.83
-    p.K_ras, p.K_rad = 2e6, 60e3
-    p.K_tsf, p.K_tsr = -100e3, -100e3
-    p.K_zt, p.K_lt = 1000e3, 2e-7
-    p.h_cg, p.h_s, p.h_raf, p.h_rar = 1.0, 1.15, 0.5, 0.7
-    p.I_uf, p.I_ur, p.I_y_w, p.R_w = 450.0, 450.0, 15.0, 0.5
-    p.D_f, p.D_r = -2.0 / p.T_f, -2.0 / p.T_r  # rigid axles: no camber from springs
-    p.tire.p_ky1, p.tire.p_dy1, p.tire.p_dy3 = -STIFFNESS_PER_LOAD, 0.8, 0.0
-    for shift in ("p_hx1", "p_vx1", "p_hy1", "p_vy1", "r_hx1", "r_hy1", "r_vy1"):
-        setattr(p.tire, shift, 0.0)  # side force without slip of one car tyre, which jumps with the sign of its camber
-    return p
 
 
 def turned(t: float) -> float:
@@ -90,21 +73,7 @@ def multi_body(p: Any, speed: float, course: Course, duration_s: float) -> np.nd
 
 def single_track(p: Any, speed: float, course: Course, duration_s: float) -> np.ndarray:
     """Yaw rates of the simulator at the same times, with stiffness by the multi-body model's wheel loads."""
-    loads = [GRAVITY * (p.m_s * x / (p.a + p.b) + own) for x, own in ((p.b, p.m_uf), (p.a, p.m_ur))]
-    settings = scenario(
-        {
-            "truck": {
-                "mass_kg": p.m,
-                "yaw_inertia_kg_m2": p.I_z,
-                "wheelbase_m": p.a + p.b,
-                "front_axle_distance_m": p.a,
-                "front_cornering_stiffness_n_rad": -p.tire.p_ky1 * loads[0],
-                "rear_cornering_stiffness_n_rad": -p.tire.p_ky1 * loads[1],
-                "relaxation_length_m": 0.0,
-            },
-            "steering": {"compliance_deg_kn_m": 0.0},
-        }
-    )
+    settings = scenario({"truck": single_track_truck(p), "steering": {"compliance_deg_kn_m": 0.0}})
     truck, state = native_truck(settings.truck, settings.steering), ffi.new("sim_truck_state *")
     parts, rates = 10, []
     for k in range(round(duration_s / STEP_S)):

@@ -8,7 +8,9 @@
 
 /* Numerical. */
 /* Against overflow; wider than the values of any drive. */
-enum { NOT_NEGATIVE, SHARE, PLACE, SECOND, YAW_RATE, ACCELERATION, SPEED, ANGLE, ESTIMATE, TORQUE, SUM, FORCES, SQUARES };
+enum {
+    NOT_NEGATIVE, SHARE, PLACE, SECOND, YAW_RATE, ACCELERATION, SPEED, ANGLE, ESTIMATE, TORQUE, SUM, FORCES, SQUARES
+};
 static const struct {
     float low, high;
 } limits[] = {
@@ -50,7 +52,7 @@ enum {
 /* Compiles only if the numbers below fit a member, and the estimates are consecutive, like an array. */
 enum {
     PLACES_FIT = 1 / (sizeof(oc_state) <= UINT16_MAX),
-    NUMBERS_FIT = 1 / (OC_DELAY_MAX <= UINT8_MAX),
+    NUMBERS_FIT = 1 / (OC_DELAY_MAX <= UINT8_MAX && OC_LEARNED_ESTIMATES <= UINT8_MAX),
     STRUCTS_FIT = 1 / (OC_PENDING_MAX <= UINT8_MAX && OC_JOINT_HYPOTHESES <= UINT8_MAX),
     ESTIMATES_ARE_ONE_ARRAY = 1 / (offsetof(oc_learned, equivalent_wheelbase) - offsetof(oc_learned, offset) ==
                                    (OC_LEARNED_ESTIMATES - 1) * sizeof(oc_estimate))

@@ -12,7 +12,7 @@ static const float one_degree = 0.017453292f; /* rad, pi/180 */
 static const float same_place = 0.1f * 0.017453292f; /* rad: maximum difference of B/2, W/2 and o of like hypotheses */
 static const float counterpart_place = 0.5f * 0.017453292f; /* rad: the same of B/2 to a counterpart */
 static const float drift_cost = 3.0f; /* initial cost of a drifting zero: odds of 1 to 20 */
-static const float play_cost = 3.0f; /* initial cost of another play after an ignition: odds of 1 to 20 */
+static const float play_cost = 4.5f; /* initial cost of another play after an ignition: odds of 1 to 90 */
 static const float walk_cost = 3.0f; /* initial cost of an offset that walks, after an alarm: odds of 1 to 20 */
 /* variance of the summed errors of a long block, over that of independent seconds, from which the offset may walk */
 static const float walk_factor = 5.0f;
@@ -189,6 +189,7 @@ void oc_joint_open_play(oc_joint *joint, const oc_known_truck *known) {
         }
         joint->hypotheses[k] = joint->hypotheses[joint->best];
         joint->hypotheses[k].cost += play_cost;
+        joint->hypotheses[k].walks = 0; /* an alarm starts one whose offset walks */
         const oc_play creeping = oc_joint_start_of(4 * width + 2, known);
         oc_hypothesis_change_play(&joint->hypotheses[k], &creeping);
     }

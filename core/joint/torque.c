@@ -8,7 +8,7 @@
 static const float friction_slip = 1.0f * 0.017453292f; /* rad of the wheel, until the column's friction is full */
 
 /* Numerical. */
-static const float acceleration_max = 20.0f; /* m/s^2, of a second; of a larger one the covariance would lose its signs */
+static const float acceleration_max = 20.0f; /* m/s^2, mean of a second; above it the covariance is inexact */
 static const float slow_max = 100.0f; /* m/s^2, as signals.c */
 static const float term_max = 1e4f; /* N m, N m per m/s^2 */
 static const float error_max_share = 0.5f; /* m/s^2, of a second: above it the cause is not the column */

@@ -4,8 +4,9 @@
 
 The parts: `tyres` (other radii in one log, the logs as files, and as ignitions of one core over save and restore),
 `puncture`, `quantities` (each that a drive identifies, by its spread in core/between_drives.toml and by three times
-that), `zeros` (sensors that are relative, remounted or healthy), `slips` (in one drive), and `flanks` (drives that saw
-one flank each). Seeds from 1001 on are for reporting, those from 1 on (--tuning) for tuning.
+that), `zeros` (sensors that are relative, remounted or healthy), `slips` (in one drive), `flanks` (drives that saw one
+flank each), and `plays` (repaired or worn between two ignitions of one core). Seeds from 1001 on are for reporting,
+those from 1 on (--tuning) for tuning.
 """
 
 from __future__ import annotations
@@ -134,9 +135,8 @@ def target_of(driven: Drive) -> float:
     return float(driven.target_rad[-1]) + driven.angle_per_m_s2 * (0.0 if math.isnan(pull_m_s2) else pull_m_s2)
 
 
-def by_ignitions(logs: Sequence[Signals], vehicle: Vehicle) -> tuple[float, float, str]:
-    """Offset and its own standard deviation, rad, and status by one core that is saved, restored and started again
-    before each log."""
+def over_ignitions(logs: Sequence[Signals], vehicle: Vehicle) -> Iterator[Record]:
+    """The answer after each log by one core that is saved, restored and started again before each."""
     params = params_of(vehicle, None)
     widths = track_widths(vehicle, "joint", logs)
     image = b""
@@ -147,7 +147,12 @@ def by_ignitions(logs: Sequence[Signals], vehicle: Vehicle) -> tuple[float, floa
             core.restart(3600.0)
         core.run({name: log.columns[name] for name in _core.COLUMNS if name in log.columns})
         image = core.save(1)
-    answer = core.answer()
+        yield dict(core.answer())
+
+
+def by_ignitions(logs: Sequence[Signals], vehicle: Vehicle) -> tuple[float, float, str]:
+    """Offset and its own standard deviation, rad, and status after the last one."""
+    *_, answer = over_ignitions(logs, vehicle)
     return answer["offset"]["value"], answer["offset_parts"]["drive_sd"], _core.status_of(answer["offset"])
 
 
@@ -283,6 +288,42 @@ def flanks(seed: int, folder: Path) -> Iterator[Record]:
     yield judged(oc.offset(logs, drives[0].vehicle), target)
 
 
+PLAYS_DEG, BEFORE, AFTER = (0.0, 3.0, 8.0, 15.0), (1, 4), 2
+
+
+def plays(seed: int, folder: Path) -> Iterator[Record]:
+    """Drives of 15 minutes before and after an ignition, at which the play changes or not."""
+    count = max(BEFORE) + AFTER
+    drives = {
+        play: [truck(seed, backlash_deg=play).drive(k, folder, minutes=15.0) for k in range(count)]
+        for play in PLAYS_DEG
+    }
+    for before, after, first in itertools.product(PLAYS_DEG, PLAYS_DEG, BEFORE):
+        chain = [*drives[before][:first], *drives[after][-AFTER:]]
+        answers = list(over_ignitions([driven.signals for driven in chain], chain[-1].vehicle))
+        said = [of_play(answer, driven) for answer, driven in zip(answers, chain, strict=True)][first:]
+        valid = [k + 1 for k, one in enumerate(said) if one["status"] == "valid"]
+        for k, one in enumerate(said):
+            kind = f"{'stays' if before == after else 'changes'} at an ignition, drive {k + 1} after it"
+            yield one | {"kind": kind, "first_valid": min(valid, default=None)}
+
+
+def of_play(answer: Record, driven: Drive) -> Record:
+    """Offset by its own interval, and play; deg."""
+    error = (answer["offset"]["value"] - target_of(driven)) / DEGREE
+    half_width = 1.96 * answer["offset_parts"]["drive_sd"] / DEGREE
+    truth = driven.truth.backlash_rad + driven.truth.windup_rad
+    beyond = abs(answer["backlash"]["value"] - truth) - 1.96 * answer["backlash"]["standard_deviation"]
+    return {
+        "status": _core.status_of(answer["offset"]),
+        "error": error,
+        "half_width": half_width,
+        "holds": abs(error) < half_width,
+        "play_status": _core.status_of(answer["backlash"]),
+        "play_wrong": beyond > 1.0 * DEGREE,
+    }
+
+
 def one_sided(signals: Signals, side: float) -> Signals:
     """The five minutes whose lateral force is most of all to that side, 1 left."""
     force = side * (signals.table["lateral_acceleration_m_s2"].to_numpy() - CROWN_M_S2)
@@ -301,6 +342,7 @@ PARTS: Mapping[str, Callable[[int, Path], Iterator[Record]]] = {
     "zeros": zeros,
     "slips": slips,
     "flanks": flanks,
+    "plays": plays,
 }
 
 
@@ -327,7 +369,7 @@ def lines(found: Mapping[str, Sequence[Record]]) -> Iterator[str]:
 
 def _groups(part: str, all_of: Sequence[Record]) -> Iterator[tuple[str, list[Record], str]]:
     """Name, records, and what is said of them."""
-    key = {"tyres": "percent", "quantities": "quantity", "zeros": "kind", "slips": "slips"}.get(part)
+    key = {"tyres": "percent", "quantities": "quantity", "zeros": "kind", "plays": "kind", "slips": "slips"}.get(part)
     for value in dict.fromkeys(record.get(key) if key else part for record in all_of):
         some = [record for record in all_of if not key or record[key] == value]
         if part == "tyres":
@@ -350,6 +392,9 @@ def _groups(part: str, all_of: Sequence[Record]) -> Iterator[tuple[str, list[Rec
             yield f"eight drives, {value}", some, f"relative {relative}, moving {moving}{of_step}"
         elif part == "slips":
             yield f"{value} slips in a drive", some, f"moving {sum(record['zero'] == 'moves' for record in some)}"
+        elif part == "plays":
+            valid_plays = [record["play_wrong"] for record in some if record["play_status"] == "valid"]
+            yield f"the play {value}", some, f"play valid {len(valid_plays)}, of these wrong {sum(valid_plays)}"
         elif part == "puncture":
             outside = sum(record["status"] == "valid" and not record["holds"] for record in some)
             named = sum(record["names_pressure"] for record in some)

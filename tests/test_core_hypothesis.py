@@ -315,6 +315,23 @@ def test_a_load_change_keeps_offset_and_play_and_reopens_the_gradient() -> None:
     assert math.sqrt(learner.h.variances.of[lib.OC_OF_GRADIENT]) > 5.0 * sd
 
 
+@pytest.mark.parametrize("to_deg", [2.0, 12.0])
+def test_another_play_keeps_offset_and_gradient_and_all_evidence_but_that_of_its_width(to_deg: float) -> None:
+    learner = Learner(Play(), 0.1).learn(driven(12, Play(), 400))
+    before = learner.h.offset, learner.h.gradient, learner.h.unloading
+    sds = [math.sqrt(learner.h.variances.of[k]) for k in range(lib.OC_OF_COUNT)]
+    play = ffi.new("oc_play *", {"half_width": 0.5 * to_deg * DEGREE, "friction": 0.06, "creep": 1.0})
+    kept = learner.h.play.creep, learner.h.play.friction
+    lib.oc_hypothesis_change_play(learner.h, play)
+    learner.solve()
+    assert (learner.h.offset, learner.h.gradient, learner.h.unloading) == pytest.approx(before, rel=0.02)
+    assert (learner.h.play.creep, learner.h.play.friction) == kept
+    after = [math.sqrt(learner.h.variances.of[k]) for k in range(lib.OC_OF_COUNT)]
+    for k in (lib.OC_OF_GRADIENT, lib.OC_OF_UNLOADING, lib.OC_OF_OFFSET):
+        assert after[k] == pytest.approx(sds[k], rel=0.1)
+    assert after[lib.OC_OF_WIDTH] > 10.0 * sds[lib.OC_OF_WIDTH]
+
+
 def test_the_evidence_survives_an_ignition() -> None:
     """The operators restart at the present angle; the estimate does not change."""
     learner = Learner(Play(), 0.1).learn(driven(14, Play(), 200))

@@ -1,6 +1,7 @@
 """Changes during a drive in the hypothesis set: detected with size and time, then learned again."""
 
 import itertools
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from joint_drives import (
     LIFTED,
     RATE_HZ,
     YAW_RATE,
+    Columns,
     answer_of,
     core_for,
     driven,
@@ -23,6 +25,7 @@ from joint_drives import (
 from oncenter import _core
 from oncenter._native import lib
 from oncenter.signals import DEGREE
+from oncenter.simulate import Truth
 
 
 @pytest.mark.parametrize("step", [5.0, -3.0])
@@ -163,3 +166,56 @@ def test_a_suspicion_does_not_stop_a_young_hypothesis_from_learning() -> None:
     before = joint.second.used_s
     core.run({name: column[60_000:62_000] for name, column in columns.items()})
     assert joint.second.used_s > before + 5.0
+
+
+# Plays that change while the ignition is off
+
+
+def of_play(play_deg: float, seed: int) -> tuple[Columns, Truth]:
+    return driven(f"[steering]\nbacklash_deg = {play_deg}\n", seed)
+
+
+def minutes(core: _core.Core, columns: Columns) -> Iterator[dict[str, Any]]:
+    """The answer after each minute of the drive."""
+    for begin in range(0, len(columns["time_s"]), 6_000):
+        core.run({name: column[begin : begin + 6_000] for name, column in columns.items()})
+        yield core.answer()
+
+
+def is_refuted(estimate: dict[str, Any], truth_rad: float) -> bool:
+    """Valid, and more than 1 deg beyond its interval."""
+    beyond = abs(estimate["value"] - truth_rad) - 1.96 * estimate["standard_deviation"]
+    return status(estimate) == "valid" and beyond > 1.0 * DEGREE
+
+
+@pytest.mark.parametrize(("before_deg", "after_deg"), [(8.0, 3.0), (3.0, 15.0), (15.0, 0.0), (0.0, 15.0)])
+def test_a_play_that_changed_at_an_ignition_is_not_valid_until_it_is_identified_anew(
+    before_deg: float, after_deg: float
+) -> None:
+    columns, truth = of_play(before_deg, 1)
+    core = core_for(truth)
+    core.run(columns)
+    core.restart(3600.0)
+    columns, truth = of_play(after_deg, 2)
+    found = list(minutes(core, columns))
+    assert not any(is_refuted(answer["backlash"], truth.backlash_rad) for answer in found)
+    assert not any(is_refuted(answer["offset"], truth.offset_rad) for answer in found)
+    assert status(found[-1]["backlash"]) == "valid"
+    assert found[-1]["backlash"]["value"] == pytest.approx(truth.backlash_rad, abs=0.4 * DEGREE)
+    assert found[-1]["offset"]["value"] == pytest.approx(truth.offset_rad, abs=0.5 * DEGREE)
+    assert found[-1]["changes"] == 0
+
+
+def test_a_play_that_did_not_change_is_uncertain_after_an_ignition_until_the_truck_drives() -> None:
+    columns, truth = of_play(8.0, 1)
+    core = core_for(truth)
+    core.run(columns)
+    before = core.answer()["backlash"]["standard_deviation"]
+    core.restart(3600.0)
+    columns, _ = of_play(8.0, 2)
+    core.run({name: column[:1_000] for name, column in columns.items()})
+    standing = core.answer()["backlash"]
+    core.run({name: column[1_000:] for name, column in columns.items()})
+    after = core.answer()["backlash"]
+    assert status(standing) != "valid" and standing["standard_deviation"] > 3.0 * before
+    assert status(after) == "valid" and after["standard_deviation"] < 1.1 * before

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from random_drives import Array, damaged
+from random_drives import RATIO, WHEELBASE, Array, damaged
 from saved_ecu import FRESH, RATE_HZ, Ecu, legs, sealed, sliced
 
 from oncenter import _core
@@ -128,6 +128,79 @@ def test_the_state_of_signals_decoded_from_wrong_bits_is_restored() -> None:
         columns[name] = rng.uniform(0.0 if name == "vehicle_speed_m_s" else -largest, largest, len(columns[name]))
     ecu, other = Ecu().run(columns), Ecu()
     assert other.restore(ecu.save()) == "ok"
+
+
+# Plausible as a signal (core/signals/signals.c), but not together: name and limit, exclusive.
+LARGEST = {
+    "steering_wheel_angle_rad": 100.0,
+    "yaw_rate_rad_s": 10.0,
+    "vehicle_speed_m_s": 150.0,
+    "lateral_acceleration_m_s2": 100.0,
+    "wheel_speed_rear_left_m_s": 150.0,
+    "wheel_speed_rear_right_m_s": 150.0,
+    "steering_wheel_torque_nm": 1e5,
+}
+
+
+def odd_drive(rng: np.random.Generator, begin_s: float) -> dict[str, Array]:
+    """Up to a minute of bends or standstill, in which some signals are wrong: constant or alternating, of any size."""
+    count = int(rng.integers(1, 300 if rng.random() < 0.7 else 6_000))
+    t = np.arange(count) / RATE_HZ
+    speed = float(rng.choice([0.0, 30.0, 149.0])) * rng.random()
+    curvature = 0.05 * 10.0 ** -rng.uniform(1.0, 4.0) * np.sin(rng.uniform(0.1, 3.0) * t)
+    turned = 0.5 * 1.9 * curvature * speed
+    columns = {
+        "steering_wheel_angle_rad": 90.0 * curvature + 0.05,
+        "yaw_rate_rad_s": curvature * speed,
+        "vehicle_speed_m_s": np.full(count, speed),
+        "lateral_acceleration_m_s2": curvature * speed**2 + 0.2,
+        "wheel_speed_rear_left_m_s": speed - turned,
+        "wheel_speed_rear_right_m_s": speed + turned,
+        "steering_wheel_torque_nm": 2.0 * curvature * speed**2,
+    }
+    for name, largest in LARGEST.items():
+        if rng.random() < 0.3:
+            size = largest * float(rng.choice([0.0, 0.999999, 10.0 ** -rng.uniform(0.0, 6.0)]))
+            swing = largest * float(rng.choice([0.0, 0.0, 10.0 ** -rng.uniform(0.0, 6.0)]))
+            columns[name] = size * float(rng.choice([-1.0, 1.0])) + swing * np.where(np.arange(count) % 2, 1.0, -1.0)
+    return {"time_s": begin_s + t} | columns
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("seed", range(20))
+def test_the_state_of_odd_ticks_is_restored(seed: int, method: str) -> None:
+    """Signals that are plausible one by one but not together: their combinations stay within the ranges of an image."""
+    rng = np.random.default_rng(seed)
+    ecu, other = Ecu(method), Ecu(method)
+    for k in range(12):
+        if rng.random() < 0.2:
+            lib.oc_restart(ecu.state, float(rng.choice([math.nan, -1.0, 1e30, math.inf, 3600.0])))
+        image = ecu.run(odd_drive(rng, 100.0 * k)).save()
+        assert other.restore(image) == "ok", k
+        assert other.save() == image
+
+
+def test_a_state_of_constant_signals_at_standstill_is_restored() -> None:
+    """Rounding carries their mean beyond the reading."""
+    for reading in np.random.default_rng(1).uniform(-0.1, 0.1, 20):
+        t = np.arange(2_000) / RATE_HZ
+        columns = {"time_s": t, "vehicle_speed_m_s": np.zeros(2_000)}
+        columns["steering_wheel_angle_rad"] = np.full(2_000, 3.0)  # in a turn it may creep, so a tick counts less
+        columns |= {name: np.full(2_000, reading) for name in ("yaw_rate_rad_s", "lateral_acceleration_m_s2")}
+        assert Ecu().restore(Ecu().run(columns).save()) == "ok", reading
+
+
+@pytest.mark.parametrize("slope", [0.05, 2.0, 1000.0])
+def test_a_state_with_the_force_of_a_rod_as_torque_is_restored(slope: float) -> None:
+    """Its unit is that of the prior slope."""
+    columns = legs(1)
+    columns["steering_wheel_torque_nm"] = slope * columns["lateral_acceleration_m_s2"]
+    ecu, other = (
+        _core.Core(WHEELBASE, RATIO, {"torque_slope_n_m_m_s2": slope}, RATE_HZ, method="joint") for _ in range(2)
+    )
+    for begin in range(0, 15_000, 1_237):
+        ecu.run(sliced(columns, begin, begin + 1_237))
+        assert other.restore(ecu.save(1))[0] == "ok"
 
 
 def test_an_image_has_the_same_bytes_on_every_machine(image: bytes) -> None:

@@ -8,6 +8,7 @@
 static const float half_turn = 3.14159265358979323846f; /* pi */
 
 /* Numerical. */
+static const float yaw_rate_max = 10.0f; /* rad/s, as signals.c: a corrected rate, and the filter's, may exceed it */
 static const float never_s = 1e9f;          /* longer than any time without a sensor */
 static const float angle_sd_max = 10.0f;    /* rad, against unbounded growth at standstill */
 static const float swing_min = 1e-12f;      /* (rad/s^2)^2, against 0/0 */
@@ -104,11 +105,15 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
     };
 }
 
+static float limited_yaw_rate(float yaw_rate) {
+    return oc_clamp_size(yaw_rate, yaw_rate_max);
+}
+
 static void begin_observer(oc_angle_tracking *t, const oc_angle_tick *tick) {
     *t = (oc_angle_tracking){
         .running = 1,
-        .yaw_rate_first = tick->yaw_rate,
-        .yaw_rate = tick->yaw_rate,
+        .yaw_rate_first = limited_yaw_rate(tick->yaw_rate),
+        .yaw_rate = limited_yaw_rate(tick->yaw_rate),
         .speed = tick->speed,
         .bank = tick->lateral_acceleration - tick->yaw_rate * tick->speed,
         .place_variance = place_variance_max,
@@ -135,12 +140,12 @@ void oc_angle_filter(oc_angle_tracking *t, const oc_angle_design *d, const oc_an
         return;
     }
     t->speed += (tick->speed - t->speed) * d->speed_share;
-    t->yaw_rate_first += (tick->yaw_rate - t->yaw_rate_first) * d->yaw_rate_share;
+    t->yaw_rate_first += (limited_yaw_rate(tick->yaw_rate) - t->yaw_rate_first) * d->yaw_rate_share;
     /* implicit in the damping: stable at 20 Hz */
     const float before = t->yaw_acceleration;
     t->yaw_acceleration = (t->yaw_acceleration + d->stiffness * (t->yaw_rate_first - t->yaw_rate) * d->tick_s) *
                           d->per_damping;
-    t->yaw_rate += t->yaw_acceleration * d->tick_s;
+    t->yaw_rate = limited_yaw_rate(t->yaw_rate + t->yaw_acceleration * d->tick_s);
     follow_swing(t, d, before);
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
 }

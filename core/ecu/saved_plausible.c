@@ -8,7 +8,9 @@
 
 /* Numerical. */
 /* Against overflow; wider than the values of any drive. */
-enum { NOT_NEGATIVE, SHARE, PLACE, SECOND, YAW_RATE, ACCELERATION, SPEED, ANGLE, ESTIMATE, TORQUE, SUM, SQUARES };
+enum {
+    NOT_NEGATIVE, SHARE, PLACE, SECOND, YAW_RATE, ACCELERATION, SPEED, ANGLE, ESTIMATE, TORQUE, SUM, FORCES, SQUARES
+};
 static const struct {
     float low, high;
 } limits[] = {
@@ -20,9 +22,10 @@ static const struct {
     [ACCELERATION] = {-100.0f, 100.0f}, /* m/s^2 */
     [SPEED] = {-150.0f, 150.0f}, /* m/s */
     [ANGLE] = {-200.0f, 200.0f}, /* rad */
-    [ESTIMATE] = {-1e5f, 1e5f},
+    [ESTIMATE] = {-1e5f, 1e5f}, /* and what combines several signals, as a_y - r v */
     [TORQUE] = {-1e4f, 1e4f}, /* N m, N m per m/s^2 */
     [SUM] = {-1e6f, 1e6f}, /* over a second's ticks */
+    [FORCES] = {-1e8f, 1e8f}, /* the same of a rod's force */
     [SQUARES] = {-1e24f, 1e24f}, /* and their squares, of signals decoded from wrong bits */
 };
 
@@ -49,7 +52,7 @@ enum {
 /* Compiles only if the numbers below fit a member, and the estimates are consecutive, like an array. */
 enum {
     PLACES_FIT = 1 / (sizeof(oc_state) <= UINT16_MAX),
-    NUMBERS_FIT = 1 / (OC_DELAY_MAX <= UINT8_MAX && OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2 <= UINT8_MAX),
+    NUMBERS_FIT = 1 / (OC_DELAY_MAX <= UINT8_MAX && OC_LEARNED_ESTIMATES <= UINT8_MAX),
     STRUCTS_FIT = 1 / (OC_PENDING_MAX <= UINT8_MAX && OC_JOINT_HYPOTHESES <= UINT8_MAX),
     ESTIMATES_ARE_ONE_ARRAY = 1 / (offsetof(oc_learned, equivalent_wheelbase) - offsetof(oc_learned, offset) ==
                                    (OC_LEARNED_ESTIMATES - 1) * sizeof(oc_estimate))
@@ -63,7 +66,7 @@ static const member doubles[] = {
     {offsetof(oc_state, tracking.cornering.filling.y), 1, ESTIMATE, 1, 0},
     {offsetof(oc_state, tracking.cornering.blocks[0].weight), 3, NOT_NEGATIVE, OC_PENDING_MAX, MOMENTS},
     {offsetof(oc_state, tracking.cornering.blocks[0].y), 2, ANGLE, OC_PENDING_MAX, MOMENTS},
-    {offsetof(oc_state, tracking.joint.bank), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, tracking.joint.bank), 1, ESTIMATE, 1, 0},
     {offsetof(oc_state, evidence.offset.ticks.weight), 3, NOT_NEGATIVE, 3, MOMENTS}, /* filling and batches, too */
     {offsetof(oc_state, evidence.offset.ticks.y), 2, ANGLE, 3, MOMENTS},
     {offsetof(oc_state, evidence.understeer.xx), 5, NOT_NEGATIVE, 1, 0}, /* to filling.xx */
@@ -80,8 +83,8 @@ static const member doubles[] = {
     {offsetof(oc_state, evidence.gyro_bias.still.weight), 2, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.still.mean), 1, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.still_blocks), 4, NOT_NEGATIVE, 1, 0}, /* to sd */
-    {offsetof(oc_state, evidence.joint.bank_mean), 1, ACCELERATION, 1, 0},
-    {offsetof(oc_state, evidence.joint.crown_bank), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.joint.bank_mean), 1, ESTIMATE, 1, 0},
+    {offsetof(oc_state, evidence.joint.crown_bank), 1, ESTIMATE, 1, 0},
     {offsetof(oc_state, evidence.joint.crown_samples), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, learned.offset.value), 1, ESTIMATE, OC_LEARNED_ESTIMATES, ESTIMATES},
     {offsetof(oc_state, learned.offset.standard_deviation), 2, NOT_NEGATIVE, OC_LEARNED_ESTIMATES, ESTIMATES},
@@ -99,11 +102,11 @@ static const member floats[] = {
     {offsetof(oc_state, tracking.assignment.sums),
      (offsetof(oc_assignment, ticks) - offsetof(oc_assignment, sums)) / WORD, SQUARES, 1, 0},
     {offsetof(oc_state, tracking.joint.prior.unloading_mean), 1, ACCELERATION, 1, 0},
-    {offsetof(oc_state, tracking.joint.prior.crown), 3, ACCELERATION, 1, 0}, /* to removed */
+    {offsetof(oc_state, tracking.joint.prior.crown), 3, ESTIMATE, 1, 0}, /* to removed */
     {offsetof(oc_state, tracking.joint.prior.removed_information), 2, NOT_NEGATIVE, 1, 0}, /* and bank_sd */
     {offsetof(oc_state, tracking.angle.yaw_rate_first), 2, YAW_RATE, 1, 0}, /* and yaw_rate */
     {offsetof(oc_state, tracking.angle.speed), 1, SPEED, 1, 0},
-    {offsetof(oc_state, tracking.angle.bank), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, tracking.angle.bank), 1, ESTIMATE, 1, 0},
     {offsetof(oc_state, tracking.angle.noise), 2, NOT_NEGATIVE, 1, 0}, /* and swing */
     {offsetof(oc_state, tracking.angle.steered), 2, SHARE, 1, 0}, /* and share */
     {offsetof(oc_state, tracking.angle.activity), 1, NOT_NEGATIVE, 1, 0},
@@ -111,7 +114,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.gyro_bias.past.bias), 1, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.past.covariance), OC_GYRO_BIAS_STATES, PLACE, 1, 0},
     {offsetof(oc_state, evidence.joint.along), 2, SECOND, 1, 0}, /* and across */
-    {offsetof(oc_state, evidence.joint.removed), 2, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.joint.removed), 2, ESTIMATE, 1, 0},
     {offsetof(oc_state, evidence.joint.removed_samples), 2, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.joint.checked_s), 3, SUM, 1, 0}, /* to outlying_sum */
     {offsetof(oc_state, evidence.joint.second.used_s), 2, NOT_NEGATIVE, 1, 0}, /* and trial_s */
@@ -122,24 +125,24 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.windup), 1, PLACE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.wind), OC_WINDS, ACCELERATION,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
-    {offsetof(oc_state, evidence.joint.hypotheses[0].target_mean), 1, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].target_mean), 1, ESTIMATE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].width_mean), 1, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].learned_s), 2, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].blocks.factor), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].long_blocks.factor), 1, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].age), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
-    {offsetof(oc_state, evidence.joint.hypotheses[0].lean), 3, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES}, /* and on */
+    {offsetof(oc_state, evidence.joint.hypotheses[0].lean), 3, SUM, OC_JOINT_HYPOTHESES, HYPOTHESES}, /* and on */
     {offsetof(oc_state, evidence.joint.hypotheses[0].pull_variance), 1 + OC_OF_COUNT, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.torque.terms), OC_TORQUE_TERMS, TORQUE, 1, 0},
-    {offsetof(oc_state, evidence.torque.covariance), OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2, TORQUE, 1, 0},
     {offsetof(oc_state, evidence.torque.place), 1, PLACE, 1, 0},
     {offsetof(oc_state, evidence.torque.angle), 1, ANGLE, 1, 0},
     {offsetof(oc_state, evidence.torque.slow), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, evidence.torque.slow_s), 1, NOT_NEGATIVE, 1, 0},
-    {offsetof(oc_state, evidence.torque.filling.torque), 3, SUM, 1, 0}, /* to place */
-    {offsetof(oc_state, learned.truck.unloading), 1, ACCELERATION, 1, 0},
+    {offsetof(oc_state, evidence.torque.filling.torque), 1, FORCES, 1, 0},
+    {offsetof(oc_state, evidence.torque.filling.acceleration), 2, SUM, 1, 0}, /* and place */
+    {offsetof(oc_state, learned.truck.unloading), 1, ESTIMATE, 1, 0},
     {offsetof(oc_state, evidence.angle.error_scale), 2, NOT_NEGATIVE, 1, 0}, /* and seconds */
 };
 
@@ -315,8 +318,13 @@ static bool is_gyro_bias(const oc_gyro_bias *gyro_bias) {
            is_covariance(gyro_bias) && !(memory_s > 0.0f && memory_s < 0.1f);
 }
 
-/* A second that is due has ticks. */
-static bool is_torque(const oc_torque *torque) {
+/* A second that is due has ticks. The covariance does not exceed the prior's by much, whose unit is the slope. */
+static bool is_torque(const oc_torque *torque, const oc_torque_design *design) {
+    for (int32_t k = 0; k < OC_TORQUE_TERMS * (OC_TORQUE_TERMS + 1) / 2; ++k) {
+        if (!(fabsf(torque->covariance[k]) <= design->slope * design->slope)) {
+            return false;
+        }
+    }
     return is_below(torque->filling.ticks, 256) && (!torque->due || torque->filling.ticks > 0);
 }
 
@@ -335,6 +343,6 @@ bool oc_saved_plausible(const oc_state *state, const oc_coefficients *c) {
            understeer->xx_xx <= 1.000001 * understeer->batches_xx * understeer->batches_xx &&
            evidence->standstill.still_ticks >= 0 && is_joint(joint, &c->joint) && is_tracking(&state->tracking, c) &&
            is_joint_tracking(&state->tracking.joint, joint, &c->joint) && is_gyro_bias(&evidence->gyro_bias) &&
-           is_torque(&evidence->torque) && (uint32_t)evidence->fault.fault < OC_FAULT_COUNT &&
+           is_torque(&evidence->torque, &c->torque) && (uint32_t)evidence->fault.fault < OC_FAULT_COUNT &&
            is_learned(&state->learned, joint->hypotheses[joint->best].play.half_width > 0.0f);
 }

@@ -326,6 +326,21 @@ void oc_hypothesis_change_between_drives(oc_hypothesis *h, const oc_hypothesis_d
     add_noise_to_constant(h, oc_variance_between_drives(OC_BETWEEN_OFFSET, off_s));
 }
 
+void oc_hypothesis_change_play(oc_hypothesis *h, const oc_play *to) {
+    static const float any = 1e6f; /* in units of the terms: no evidence of the widths stays */
+    add_process_noise(h, WIDTH, 0.0f, any);
+    add_process_noise(h, WINDUP, 0.0f, any);
+    if (2.0f * h->play.half_width < oc_joint_little_play()) { /* in which creep and friction are not identifiable */
+        oc_hypothesis_scale_slopes(h, CREEP, FRICTION, 0.0f);
+        h->play.friction = to->friction;
+        h->play.creep = to->creep;
+        h->play.windup = to->windup;
+        h->play.unwinding = to->unwinding;
+    }
+    h->play.half_width = to->half_width;
+    h->width_mean = 2.0f * to->half_width;
+}
+
 void oc_hypothesis_change_load(oc_hypothesis *h) {
     /* in units of the terms: 0.08 deg/(m/s^2) and 5 % (docs/method.md, "Change") */
     add_process_noise(h, GRADIENT, 0.0f, 0.04f);

@@ -193,6 +193,10 @@ void oc_hypothesis_change_load(oc_hypothesis *hypothesis);
 /* A new drive, after `off_s` seconds without ignition: adds what may have changed (between_drives.h). */
 void oc_hypothesis_change_between_drives(oc_hypothesis *hypothesis, const oc_hypothesis_design *design, float off_s);
 
+/* The play has another width from now on: all evidence of its width is lost, that of the other quantities stays. After
+ * little play, it creeps as `to` does. */
+void oc_hypothesis_change_play(oc_hypothesis *hypothesis, const oc_play *to);
+
 /* Shared by hypothesis.c, which gathers evidence, and hypothesis_equations.c, which solves it: */
 
 /* The linearisation point of a term moved by `by`, so its remaining solution shrinks by that. */

@@ -12,6 +12,7 @@ static const float one_degree = 0.017453292f; /* rad, pi/180 */
 static const float same_place = 0.1f * 0.017453292f; /* rad: maximum difference of B/2, W/2 and o of like hypotheses */
 static const float counterpart_place = 0.5f * 0.017453292f; /* rad: the same of B/2 to a counterpart */
 static const float drift_cost = 3.0f; /* initial cost of a drifting zero: odds of 1 to 20 */
+static const float play_cost = 4.5f; /* initial cost of another play after an ignition: odds of 1 to 90 */
 static const float walk_cost = 3.0f; /* initial cost of an offset that walks, after an alarm: odds of 1 to 20 */
 /* variance of the summed errors of a long block, over that of independent seconds, from which the offset may walk */
 static const float walk_factor = 5.0f;
@@ -163,6 +164,35 @@ static void start_walker(oc_joint *joint) {
     h->walks = 1;
     h->long_blocks.factor = h->blocks.factor;
     h->cost += walk_cost;
+}
+
+/* A free place, else that of the worst hypothesis; -1 where none is worse than a play that has changed. */
+static int32_t place_of_worst(oc_joint *joint) {
+    int32_t worst = joint->best;
+    if (joint->count < OC_JOINT_HYPOTHESES) {
+        return joint->count++;
+    }
+    for (int32_t k = 0; k < joint->count; ++k) {
+        worst = joint->hypotheses[k].cost > joint->hypotheses[worst].cost ? k : worst;
+    }
+    return joint->hypotheses[worst].cost > joint->hypotheses[joint->best].cost + play_cost ? worst : -1;
+}
+
+void oc_joint_open_play(oc_joint *joint, const oc_known_truck *known) {
+    if (!(joint->second.used_s > single_until_s)) { /* until then all widths are among the hypotheses */
+        return;
+    }
+    for (int32_t width = 0; width < OC_JOINT_HYPOTHESES / 4; ++width) {
+        const int32_t k = place_of_worst(joint);
+        if (k < 0) {
+            return;
+        }
+        joint->hypotheses[k] = joint->hypotheses[joint->best];
+        joint->hypotheses[k].cost += play_cost;
+        joint->hypotheses[k].walks = 0; /* an alarm starts one whose offset walks */
+        const oc_play creeping = oc_joint_start_of(4 * width + 2, known);
+        oc_hypothesis_change_play(&joint->hypotheses[k], &creeping);
+    }
 }
 
 /* Starts a new hypothesis at intervals, later half as often, since all early ones may have converged to a wrong play.

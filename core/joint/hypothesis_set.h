@@ -12,6 +12,9 @@ enum { OC_JOINT_REJECT_COST = 20 };
 /* The start of the k-th of OC_JOINT_HYPOTHESES. */
 oc_play oc_joint_start_of(int32_t k, const oc_known_truck *known);
 
+/* The play may have changed while the ignition was off: starts copies of the best hypothesis with other plays. */
+void oc_joint_open_play(oc_joint *joint, const oc_known_truck *known);
+
 /* Ends a second that all hypotheses have learned from: selects the best, replaces others, sets up the next second. */
 void oc_joint_end_second(oc_joint *joint, const oc_joint_design *design);
 

@@ -104,6 +104,7 @@ static void change_between_drives(oc_joint *joint, const oc_joint_design *design
     for (int32_t k = 0; k < joint->count; ++k) {
         oc_hypothesis_change_between_drives(&joint->hypotheses[k], &design->hypothesis, joint->off_s);
     }
+    oc_joint_open_play(joint, &design->hypothesis.known);
     joint->ignitions = 0;
     joint->off_s = 0.0f;
     joint->solves_all = 1;

@@ -8,6 +8,9 @@
 static const float friction_slip = 1.0f * 0.017453292f; /* rad of the wheel, until the column's friction is full */
 
 /* Numerical. */
+static const float acceleration_max = 20.0f; /* m/s^2, mean of a second; above it the covariance is inexact */
+static const float slow_max = 100.0f; /* m/s^2, as signals.c */
+static const float term_max = 1e4f; /* N m, N m per m/s^2 */
 static const float error_max_share = 0.5f; /* m/s^2, of a second: above it the cause is not the column */
 
 /* Tuned, in tuned.toml: torque */
@@ -98,7 +101,8 @@ double oc_torque_update(oc_torque *t, const oc_torque_design *design, const oc_t
         if (speed >= design->speed_min && oc_torque_is_trusted(t, design)) {
             const float by_torque = (torque - t->terms[2] * t->place) / t->terms[1];
             t->slow_s = oc_min(t->slow_s + design->tick_s, design->memory_s);
-            t->slow += (acceleration - by_torque - t->slow) * design->tick_s / t->slow_s;
+            const float difference = oc_clamp_size(acceleration - by_torque, slow_max);
+            t->slow += (difference - t->slow) * design->tick_s / t->slow_s;
         }
         if (speed >= design->speed_min && speed < design->speed_max) {
             collect_torque(t, design, torque, acceleration);
@@ -109,6 +113,11 @@ double oc_torque_update(oc_torque *t, const oc_torque_design *design, const oc_t
 
 /* Kalman update of the terms; older seconds count less. */
 void oc_torque_work(oc_torque *t, const oc_torque_design *design) {
+    if (!(fabsf(t->filling.acceleration) <= acceleration_max * (float)t->filling.ticks)) {
+        t->filling = (oc_torque_second){0};
+        t->due = 0;
+        return;
+    }
     const float share = 1.0f / (float)t->filling.ticks;
     const float by[OC_TORQUE_TERMS] = {1.0f, share * t->filling.acceleration, share * t->filling.place};
     const float torque = share * t->filling.torque;
@@ -127,7 +136,7 @@ void oc_torque_work(oc_torque *t, const oc_torque_design *design) {
     const float sd[OC_TORQUE_TERMS] = {constant_sd, slope_sd, friction_sd};
     float *cell = p;
     for (int32_t row = 0; row < OC_TORQUE_TERMS; ++row) {
-        t->terms[row] += across[row] / variance * error;
+        t->terms[row] = oc_clamp_size(t->terms[row] + across[row] / variance * error, term_max);
         for (int32_t column = 0; column <= row; ++column, ++cell) {
             *cell -= across[row] * across[column] / variance;
             *cell *= row == column && *cell < prior_variance(design, sd[row]) ? grow : 1.0f;

@@ -10,6 +10,9 @@ static const float removed_sd = 0.06f; /* m/s^2: sd of the removed crown about r
 static const float uneven = 0.2f; /* (m/s^2)^2: variance of the removed crown, times the samples */
 /* end */
 
+/* Numerical. */
+static const float unloading_max = 100.0f; /* m/s^2, of signals decoded from wrong bits: as signals.c */
+
 /* Accelerometer bias and mean crown of the roads, m/s^2. */
 typedef struct {
     float bias, crown;
@@ -84,7 +87,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         add_removed_crown(&prior, &evidence->joint, crown_size);
     }
     prior.zero_information = oc_torque_zero_information(&evidence->torque, &c->torque);
-    prior.unloading_mean = estimate.bias + known->pull;
+    prior.unloading_mean = oc_clamp_size(estimate.bias + known->pull, unloading_max);
     prior.unloading_sd = sqrtf(estimate.bias_variance > variance_min ? estimate.bias_variance : variance_min);
     return prior;
 }

@@ -18,10 +18,12 @@ void oc_restart(oc_state *state, double elapsed_s) {
     if (state == NULL || state->ready != OC_STATE_READY) {
         return;
     }
-    oc_joint_ignition(&state->evidence.joint, &state->tracking.joint, (float)elapsed_s);
+    static const double off_s_max = 3.2e8; /* ten years, also against what is no number */
+    const double off_s = elapsed_s > 0.0 ? (elapsed_s < off_s_max ? elapsed_s : off_s_max) : 0.0;
+    oc_joint_ignition(&state->evidence.joint, &state->tracking.joint, (float)off_s);
     memset(&state->tracking, 0, sizeof state->tracking);
     state->evidence.standstill.still_ticks = 0;
-    oc_gyro_bias_restart(&state->evidence.gyro_bias, elapsed_s);
+    oc_gyro_bias_restart(&state->evidence.gyro_bias, off_s);
 }
 
 /* Tuned, in tuned.toml: monitor */

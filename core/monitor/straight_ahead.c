@@ -4,6 +4,7 @@
 
 /* Numerical. */
 static const double separability_min = 0.25; /* against an ill-conditioned pair of offset and gradient */
+static const double quantity_max = 200.0; /* rad, m/s^2: beyond any truck's; of signals decoded from wrong bits */
 
 /* The estimate of the gyro's filter where a gyro is available. */
 oc_estimate oc_wheel_mismatch_of(const oc_evidence *evidence, const oc_coefficients *c) {
@@ -117,6 +118,10 @@ static double residual_of(const oc_tick *tick, const oc_evidence *evidence, cons
                : tick->motion.residual;
 }
 
+static double limited_quantity(double value) {
+    return value > quantity_max ? quantity_max : value < -quantity_max ? -quantity_max : value;
+}
+
 /* (34), (35): a block of clean ticks is final after t1, and then updates the estimates. */
 bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
                                 const oc_coefficients *c) {
@@ -126,8 +131,8 @@ bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_e
     const uint32_t reasons = tick->reasons;
     oc_moments block;
     const double i = c->vehicle.steering_ratio;
-    const double y = residual_of(tick, evidence, c);
-    const double x = i * motion->lateral_acceleration;
+    const double y = limited_quantity(residual_of(tick, evidence, c));
+    const double x = limited_quantity(i * motion->lateral_acceleration);
     const double w = c->ratio_times_wheelbase / (speed > 1.0 ? speed : 1.0);
     bool is_final = false;
 

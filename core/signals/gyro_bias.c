@@ -9,6 +9,7 @@ static const double root_half = 0.70710678118654752440; /* sqrt(1/2), 1 over the
 static const double alarm_drift = 1.5e-4;               /* rad/s^2: 0.5 deg/s/min, the drift of Figure 17 */
 
 /* Numerical. */
+static const double state_max = 10.0; /* rad/s, as signals.c; all other states are far smaller */
 static const double prediction_s_max = 3600.0; /* against unbounded variances after a long gap */
 
 /* Tuned, in tuned.toml: gyro_bias */
@@ -50,6 +51,10 @@ static int state_of(int32_t axle, int which) {
 
 /* The filter processes a block step by step, one between two ticks, to limit the peak load of a tick. */
 enum { NOTHING_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE = OC_GYRO_BIAS_PIECES };
+
+static double clamp_size(double value, double limit) {
+    return value > limit ? limit : value < -limit ? -limit : value;
+}
 
 static double squared(double value) {
     return value * value;
@@ -151,7 +156,7 @@ static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
     past->covariance[BIAS] += (float)t * past->covariance[DRIFT];
     past->covariance[DRIFT] *= (float)kept;
     state->time = time;
-    state->x[BIAS] += t * state->x[DRIFT];
+    state->x[BIAS] = clamp_size(state->x[BIAS] + t * state->x[DRIFT], state_max);
     state->x[DRIFT] *= kept;
     for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
         state->P[BIAS][k] += t * state->P[DRIFT][k];
@@ -175,7 +180,7 @@ static void update(oc_gyro_bias *state, const double *Ph, float past_covariance,
                    double per_variance) {
     for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
         const double gain = Ph[j] * per_variance;
-        state->x[j] += gain * innovation;
+        state->x[j] = clamp_size(state->x[j] + gain * innovation, state_max);
         for (int k = 0; k <= j; ++k) {
             state->P[j][k] -= gain * Ph[k];
             state->P[k][j] = state->P[j][k];
@@ -274,10 +279,6 @@ static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *des
     if (state->still.weight >= design->standing_ticks) {
         learn_from_standstill(state, p, tick->time, design->tick_s);
     }
-}
-
-static double clamp_size(double value, double limit) {
-    return value > limit ? limit : value < -limit ? -limit : value;
 }
 
 /* Two-sided. True when a sum exceeds the limit, which resets both. */

@@ -4,6 +4,7 @@
 
 /* Numerical. */
 static const double noise_min = 1e-12;         /* (rad/s)^2, against signals without noise, whose limit would stay 0 */
+static const double noise_max = 1.0;           /* (rad/s)^2, of signals decoded from wrong bits */
 
 /* Tuned, in tuned.toml: gyro_reading */
 static const double wheel_speed_min = 3.0; /* m/s: minimum speed of an axle; pole wheels miss pulses below */
@@ -74,7 +75,8 @@ static double rounding_variance(const oc_gyro_reading *a, double per_track, doub
 static void learn_noise(oc_gyro_reading *a, double unexplained) {
     const double memory = a->blocks + 5.0 < noise_blocks ? a->blocks + 5.0 : noise_blocks;
     const double measured = 0.5 * unexplained * unexplained;
-    const double limit = noise_outlier * noise_outlier * (a->noise > noise_min ? a->noise : noise_min);
+    const double outlying = noise_outlier * noise_outlier * (a->noise > noise_min ? a->noise : noise_min);
+    const double limit = outlying < noise_max ? outlying : noise_max;
     a->noise += ((measured < limit ? measured : limit) - a->noise) / memory;
 }
 

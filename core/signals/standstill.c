@@ -12,7 +12,8 @@ void oc_still_mean_add(oc_still_mean *still, double reading, double weight) {
     still->weight += weight;
     const double innovation = reading - still->mean;
     still->mean += innovation * weight / still->weight;
-    still->squares += weight * innovation * (reading - still->mean);
+    const double square = weight * innovation * (reading - still->mean);
+    still->squares += square > 0.0 ? square : 0.0; /* rounding can carry the mean beyond the reading */
 }
 
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,

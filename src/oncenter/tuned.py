@@ -111,6 +111,7 @@ TUNED = {  # by C file and name
     "hypothesis_set.same_place": 0.0017453292519943296,
     "hypothesis_set.counterpart_place": 0.008726646259971648,
     "hypothesis_set.drift_cost": 3.0,
+    "hypothesis_set.play_cost": 4.5,
     "hypothesis_set.walk_cost": 3.0,
     "hypothesis_set.walk_factor": 5.0,
     "hypothesis_set.walk_min": 0.017453292519943295,

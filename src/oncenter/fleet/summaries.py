@@ -81,13 +81,15 @@ def row_of_drive(drive: Mapping[str, Any]) -> Row | None:
     lacks = any(value is None and not column.may_lack for value, column in values.values())
     if lacks or start is None or drive.get(_EVIDENCE) is None:
         return None
-    numbers = {name: math.nan if value is None else value * column.unit for name, (value, column) in values.items()}
+    of_row: dict[str, Any] = {
+        name: math.nan if value is None else value * column.unit for name, (value, column) in values.items()
+    }
+    of_row |= {member: drive.get(name) or 0.0 for member, name in _OF_TABLE.items()}
     row = Row(
+        **of_row | {"measured": bool(of_row["measured"])},
         modes=modes_in(drive[_EVIDENCE]),
         status=str(drive.get("offset_status")),
         logs=(drive["log"],) if drive.get("log") else (),
         start_s=start.timestamp() if isinstance(start, datetime) else start,
-        **{member: drive.get(name) or 0.0 for member, name in _OF_TABLE.items()},
-        **{**numbers, "measured": bool(numbers["measured"])},
     )
     return row if row.is_usable else None

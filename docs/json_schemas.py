@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from oncenter.fleet.news import KINDS
 from oncenter.fleet.tables import TRUCKS
 from oncenter.verdict.states import OF_OFFSET, STATES
 
@@ -147,6 +148,12 @@ _VERDICT = object_of(
     },
     optional=("note", "word"),
 )
+_DRIVE = {
+    "log": text("Its log."),
+    "start_time": text("Its start, UTC, 2026-03-02T07:00:00Z; null without one.", null=True),
+    "duration_s": number("s", "Its length."),
+    "fingerprint": text("Of the signals: a copy or a part of the drive in another log has the same hashes."),
+}
 
 
 _BY_PRIOR_TIMES = {
@@ -212,6 +219,7 @@ def _offset(schema: str) -> Schema:
         "verdicts": rows("What to do, the offset first.", _VERDICT),
         "vin": text("Of the truck, where a log has it.", null=True),
         "start_time": text("Start of the first drive, UTC, 2026-03-02T07:00:00Z; null without one.", null=True),
+        "drives": rows("The drives of the answer.", object_of("A drive.", _DRIVE)),
     }
     at_steering_wheel = {
         "assumed": lines("wheelbase_m and steering_ratio, where the vehicle file does not give them."),
@@ -440,6 +448,7 @@ def _compare() -> Schema:
             "state": text("Result of the calibration or repair as one word."),
             "headline": text("The result as a sentence."),
             "action": text("What to do, as a sentence; empty if nothing."),
+            "order": text("By the start times, or as the user gave it.", choices=("date", "given")),
             "limit_deg": number("deg", "An offset of this size or more, either sign, needs a recalibration."),
             "change": object_of("Change of the offset.", change),
             "cancelled_half_width_deg": number(
@@ -483,7 +492,13 @@ def _fleet() -> Schema:
         "trucks": lines("Trucks that are new."),
         "unread": lines("Logs without an answer that had none of this reason before."),
     }
-    twice = {"log": text("The log."), "trucks": lines("Its trucks.")}
+    found = {"count": count("Trucks or logs that have it."), "names": lines("The first 1,000 of them.")}
+    of_truck = {"log": text("The log."), "truck": text("Its truck.")}
+    twice = {
+        "log": text("The first of its logs by name."),
+        "trucks": lines("Its trucks."),
+        "logs": rows("A log of each of them.", object_of("A log.", of_truck)),
+    }
     poisonous = by_name("A log at which a reader crashed or was stopped.", {"type": "string"})
     return object_of(
         "Answer of `oncenter fleet run --json`, which is also the file metrics.json.",
@@ -504,8 +519,13 @@ def _fleet() -> Schema:
             "unread": rows("The first 1,000 logs without an answer.", object_of("A log.", unread)),
             "poisonous": rows("Logs that are skipped.", poisonous),
             "new": object_of("What differs from the last night.", new),
+            "kinds": object_of("By kind of --fail-on.", {kind: object_of("A kind.", found) for kind in KINDS}),
             "damaged": lines("What of the ledger was damaged and set apart in this run."),
             "in_two_trucks": rows("Logs that count for several trucks.", object_of("A log.", twice)),
+            "gone": rows(
+                "The first 1,000 drives that count no longer: logs were removed.", object_of("A log.", of_truck)
+            ),
+            "events": count("Events of the trucks that a person stated."),
             "trucks": count("Trucks in the tables."),
             "changes_of_offset": count("Changes of an offset."),
             "verdicts": by_name("By code of the verdict, the number of trucks.", counts),

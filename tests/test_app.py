@@ -449,6 +449,18 @@ def test_two_drives_are_compared_and_have_a_certificate(page: Page, log: Path, t
     assert "another drive" in page.refused("POST", "/comparisons", {"before": before, "after": before})
 
 
+def test_the_certificate_orders_the_drives_by_their_dates_whichever_was_dropped_first(
+    page: Page, tmp_path: Path
+) -> None:
+    keys = []
+    for year, scenario in ((2017, "weave"), (2016, "hard_turn")):
+        log = tmp_path / f"{year}.parquet"
+        oc.simulate(scenario)[0].table.write_parquet(log, metadata={"start_time": f"{year}-03-02T07:00:00"})
+        keys.append(page.answer(page.drop(log))["key"])
+    comparison = page.ended(page.said("POST", "/comparisons", {"before": keys[0], "after": keys[1]})["answer"])
+    assert [comparison["said"][name]["log"] for name in ("before", "after")] == ["2016.parquet", "2017.parquet"]
+
+
 def test_a_drive_of_an_own_truck_is_there_next_time_until_it_is_forgotten(page: Page, log: Path) -> None:
     name = page.said("POST", "/trucks", FORM | {"name": "my/truck"})["name"]
     truck = f"/trucks/{quote(name)}"

@@ -110,9 +110,9 @@ def test_a_pull_that_another_load_makes_larger_stays_in_the_change_by_the_differ
 
 @pytest.mark.parametrize(
     ("other", "code"),
-    [({"vehicle": "another"}, "different_trucks"), ({"method": "thesis"}, "usage"), ({"log": "before.log"}, "usage")],
+    [({"vehicle": "another"}, "different_trucks"), ({"method": "thesis"}, "usage")],
 )
-def test_two_trucks_two_methods_or_one_drive_twice_are_refused(other: dict[str, Any], code: str) -> None:
+def test_two_trucks_or_two_methods_are_refused(other: dict[str, Any], code: str) -> None:
     before = answer_json(3.0, log="before.log")
     after = answer_json(0.1, **{"log": "after.log", **other})
     with pytest.raises(oc.OncenterError) as refused:
@@ -120,17 +120,25 @@ def test_two_trucks_two_methods_or_one_drive_twice_are_refused(other: dict[str, 
     assert refused.value.code == code
 
 
-def test_a_copy_of_a_drive_under_another_name_is_no_drive_after_a_repair() -> None:
-    """Two drives of a logger without a clock may begin at the same date, and are not equally long."""
+def test_a_drive_is_recognised_by_its_signals_not_by_its_date_length_or_name(tmp_path: Path) -> None:
+    """A logger without a clock gives its drives one date, and two folders may have a log of the same name each."""
+    truck = oc.vehicle(TRUCK)
 
-    def of(log: str, value: float, duration_s: float) -> dict[str, Any]:
-        of_log = {"start_time": "2026-03-02T07:00:00Z", "time": {"duration_s": duration_s}}
-        return answer_json(value, log=log) | of_log
+    def of(name: str, drive: oc.Signals) -> dict[str, Any]:
+        of_log = {"log": name, "start_time": "2026-03-02T07:00:00Z"}
+        return oc.offset(drive, truck).to_dict() | of_log
 
-    before = offset_of(of("before.log", 3.0, 1800.0), "b.json")
-    with pytest.raises(oc.OncenterError, match=r"of which copy\.log is a copy"):
-        compared(before, offset_of(of("copy.log", -2.0, 1800.0), "a.json"), 2.0)
-    assert compared(before, offset_of(of("after.log", 0.1, 1799.0), "a.json"), 2.0).state == "successful"
+    (tmp_path / "drive.toml").write_text('base = "thesis_drive"\ndrive.duration_s = 600\n')
+    first, second = (oc.simulate(tmp_path / "drive.toml", seed)[0] for seed in (1, 2))
+    assert first.duration_s == second.duration_s
+    before, other = of("drive.log", first), of("drive.log", second)
+    compared(offset_of(before, "b.json"), offset_of(other, "a.json"), 2.0)
+    first.table.head(first.ticks // 2).write_csv(tmp_path / "part.csv")
+    for again in (of("copy.log", first), of("part.csv", oc.read(tmp_path / "part.csv")), before):
+        again |= {"start_time": "2026-03-09T07:00:00Z"} if again is not before else {}
+        with pytest.raises(oc.OncenterError, match=r"before \(drive\.log\) and after .* are of one drive") as refused:
+            compared(offset_of(before, "b.json"), offset_of(again, "a.json"), 2.0)
+        assert refused.value.code == "usage" and again["log"] in str(refused.value)
 
 
 @pytest.mark.parametrize(
@@ -185,7 +193,7 @@ def test_two_logs_and_their_two_answers_give_the_same_comparison(
             f'base = "thesis_drive"\ndrive.duration_s = 900\nsensors.steering_wheel_angle.offset_deg = {offset_deg}\n',
             encoding="utf-8",
         )
-        assert run(["simulate", str(scenario), "--seed", str(int(offset_deg) + 3), "--output", str(log)]) == 0
+        assert run(["simulate", str(scenario), "--seed", str(9 - int(offset_deg)), "--output", str(log)]) == 0
         capsys.readouterr()
         assert run(["offset", str(log), "--vehicle", TRUCK, "--json"]) == 0
         # As PowerShell's > writes it.
@@ -260,6 +268,38 @@ def test_without_two_start_times_the_user_gives_the_order(
     assert "--in-given-order" in error
     assert run(["compare", *logs, "--vehicle", TRUCK, "--in-given-order", "--json"]) == 0
     assert Path(json.loads(capsys.readouterr().out)["before"]["log"]).name == "a.parquet"
+
+
+def test_a_drive_that_is_named_as_before_and_was_driven_after_is_refused_by_name(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = [str(dated(tmp_path, name, 1.0, f"{year}-03-02T07:00:00Z")) for name, year in (("a", 2017), ("b", 2016))]
+    assert run(["compare", *logs, "--vehicle", TRUCK, "--in-given-order"]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "exchange them" in error
+    assert all(said in error for said in ("a.parquet", "2017-03-02", "b.parquet", "2016-03-02"))
+
+
+@pytest.mark.parametrize(
+    ("starts", "why"),
+    [
+        ((None, None), "no start time in a.parquet and b.parquet"),
+        (("2026-03-02T07:00:00Z", None), "no start time in b.parquet"),
+        (("2026-03-02T07:00:00Z",) * 2, "both drives have the same start time"),
+    ],
+)
+def test_without_two_dates_the_comparison_and_the_certificate_say_that_the_order_is_the_user_s(
+    starts: tuple[str | None, str | None], why: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    page = tmp_path / "page.html"
+    logs = [str(dated(tmp_path, name, 1.0, start)) for name, start in zip("ab", starts, strict=True)]
+    assert run(["compare", *logs, "--vehicle", TRUCK, "--in-given-order", "--report", str(page)]) == 0
+    said = f"{capsys.readouterr().out} {page.read_text(encoding='utf-8')}"
+    assert said.count("The user gave the order of the drives: ") == 2
+    assert said.replace(f"{tmp_path}/", "").count(f"order of the drives: {why}.") == 2
+    later = [str(dated(tmp_path, name, 1.0, f"2026-03-0{day}T07:00:00Z")) for day, name in enumerate("ab", 2)]
+    assert run(["compare", *later, "--vehicle", TRUCK, "--report", str(page)]) == 0
+    assert "order of the drives" not in f"{capsys.readouterr().out} {page.read_text(encoding='utf-8')}"
 
 
 def test_python_refuses_an_answer_before_that_was_driven_after(tmp_path: Path) -> None:

@@ -65,7 +65,7 @@ def test_one_of_each_log_or_the_answer_of_several_may_fail(
     each = ["offset", str(good), str(failed), "--vehicle", TRUCK, "--each", "--fail-on"]
     assert run([*each, "invalid"]) == 3
     out, err = capfd.readouterr()
-    assert len(out.splitlines()) == 2 and err == "oncenter: --fail-on: 1 invalid\n"
+    assert len(out.splitlines()) == 2 and err == f"oncenter: --fail-on: 1 invalid: {failed}\n"
     assert re.search(r"- \(before the fault \+2\.\d\d ± 0\.\d\d deg\)", out)
     assert run([*each, "unobservable"]) == 0
     copy = shutil.copy(failed, tmp_path / "copy.log")

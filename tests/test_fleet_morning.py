@@ -18,6 +18,7 @@ from two_trucks import VIN
 
 from oncenter.cli import run as command
 from oncenter.errors import OncenterError
+from oncenter.fleet import night as fleet_night
 from oncenter.fleet import run
 from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.listing import as_lines
@@ -100,11 +101,28 @@ def test_a_night_fails_on_logs_without_an_answer_but_not_on_oncenter_s_own_files
     night: Arguments, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert command([*night, "--fail-on", "new-unread, unread"]) == 3
-    assert capsys.readouterr().err == "oncenter: --fail-on: 1 unread, 1 new-unread\n"
+    broken = tmp_path / "logs" / "depot-7" / "broken.parquet"
+    assert capsys.readouterr().err == "".join(
+        f"oncenter: --fail-on: 1 {kind}: {broken}\n" for kind in ("unread", "new-unread")
+    )
     assert command([*night, "--fail-on", "new-unread"]) == 0
     (tmp_path / "logs" / "depot-7" / "broken.parquet").unlink()
     shutil.copy(tmp_path / "out" / "trucks.parquet", tmp_path / "logs" / "depot-7" / "broken.parquet")
     assert command([*night, "--fail-on", "new-unread,unread"]) == 0
+
+
+def test_a_night_that_fails_names_the_trucks_that_made_it_fail(
+    night: Arguments, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Here 22 trucks are to be calibrated."""
+    trucks = [f"T{number:02}" for number in range(22)]
+    verdicts = ranked(**dict.fromkeys(trucks, "recalibrate"), healthy="within")
+    monkeypatch.setattr(fleet_night, "news_of", lambda ledger, _, unread: news_of(ledger, verdicts, unread))
+    assert command([*night, "--fail-on", "new-calibrate,damaged"]) == 3
+    named = ", ".join(trucks[:20])
+    assert capsys.readouterr().err == f"oncenter: --fail-on: 22 new-calibrate: {named} and 2 more\n"
+    kinds = json.loads((tmp_path / "out" / "metrics.json").read_text())["kinds"]
+    assert kinds["new-calibrate"] == {"count": 22, "names": trucks} and kinds["damaged"] == {"count": 0, "names": []}
 
 
 def test_a_kind_to_fail_on_that_is_none_is_refused_before_the_night(

@@ -14,10 +14,10 @@ import oncenter as oc
 from oncenter import _core
 from oncenter._native import lib
 from oncenter.errors import OncenterError
-from oncenter.truck.now import truck_now
-from oncenter.truck.priors import priors_of
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate import Truth
+from oncenter.truck.now import truck_now
+from oncenter.truck.priors import priors_of
 from oncenter.vehicle import Vehicle, core_of, vehicle_from
 
 TRUCK = {

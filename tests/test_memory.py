@@ -49,7 +49,7 @@ ROW = Row(
     right_s=40.0,
     moved=1.0 * DEGREE,
     moved_sd=0.1 * DEGREE,
-    logs=("a \"log\".asc",),
+    logs=('a "log".asc',),
 )
 FULL = TruckMemory(
     'a "truck"',
@@ -96,11 +96,11 @@ DRIVE = "\n".join(text_of(replace(FULL, drives=FULL.drives[:1], events=())).spli
         ('schema = "oncenter/truck-3"\ntruck = "truck"\n', "instead of 'oncenter/truck-2'"),
         ("wheelbase_m = 3.7\n", "instead of 'oncenter/truck-2'"),
         (f"{HEAD}plays = 1\n", "'plays'"),
-        (HEAD + DRIVE.replace("used_s = 700.0", "used_s = nan"), "'drives.0.used_s'"),
-        (HEAD + DRIVE.replace("gradient_sd_deg_m_s2 = 0.03", "gradient_sd_deg_m_s2 = 0"), "gradient_sd_deg_m_s2'"),
-        (HEAD + DRIVE.replace("ratio = 19.3", ""), "'drives.0.ratio'"),
-        (HEAD + DRIVE.replace('evidence = "-1.5 ', 'evidence = "'), "'drives.evidence'"),
-        (HEAD + DRIVE.replace('evidence = "-1.5 ', 'evidence = "nan '), "'drives.evidence'"),
+        (HEAD + DRIVE.replace("used_s = 700.0", "used_s = nan"), "'used_s'"),
+        (HEAD + DRIVE.replace("gradient_sd_deg_m_s2 = 0.03", "gradient_sd_deg_m_s2 = 0"), "'gradient_sd_deg_m_s2'"),
+        (HEAD + DRIVE.replace("ratio = 19.3", ""), "'ratio'"),
+        (HEAD + DRIVE.replace('evidence = "-1.5 ', 'evidence = "'), "'evidence'"),
+        (HEAD + DRIVE.replace('evidence = "-1.5 ', 'evidence = "nan '), "'evidence'"),
         (HEAD + '[[events]]\nkind = "washed"\ndate = 2026-01-01T00:00:00Z\n', "'events.0.kind'"),
         (HEAD + DRIVE.replace("date = 2025", 'date = "soon" # '), "'drives.0.date'"),
         ("schema = ", "is not TOML"),
@@ -135,7 +135,7 @@ def test_drives_of_another_version_or_vehicle_file_do_not_count_and_are_named(tm
     answer, after = offset_with_memory([signals], truck(), other)
     assert answer.offset == alone.offset
     assert any("1 drive of the truck's memory" in note for note in answer.notes)
-    assert [each.settings for each in after.drives][0] == "oncenter 0.1.0" and len(after.drives) == 2
+    assert after.drives[0].settings == "oncenter 0.1.0" and len(after.drives) == 2
 
 
 def days_of(signals: Signals, day: float) -> Signals:

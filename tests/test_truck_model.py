@@ -17,9 +17,8 @@ from oncenter.truck.priors import Priors, priors_of
 from oncenter.truck.row import Row
 
 RATIO, CROWN_M_S2 = 20.0, 0.2
-WIND_SD_M_S2 = priors_of().wind_sd_m_s2
 GRADIENTS = (0.3, 0.42, 0.56)  # deg/(m/s^2), of three loads
-LITTLE = replace(priors_of(), load_steer_sds_rad=(0.003 * DEGREE, 0.003 * DEGREE), wide_pull_probability=0.0)
+LITTLE = replace(priors_of(), load_steer_sds_rad=(0.003 * DEGREE, 0.003 * DEGREE))
 
 
 def truck(
@@ -40,7 +39,7 @@ def truck(
     found, region = [], random.normal(0.0, 0.07)
     for k in range(drives):
         gradient = gradients[k % len(gradients)]
-        crown, wind = random.normal(CROWN_M_S2 + region, 0.07), random.normal(0.0, WIND_SD_M_S2)
+        crown, wind = random.normal(CROWN_M_S2 + region, 0.07), random.normal(0.0, 0.02)
         found.append(
             drive_row(
                 first_day + k,
@@ -86,7 +85,7 @@ def steps(one: Truck) -> list[int]:
 def test_loads_separate_a_pull_from_the_accelerometers_bias() -> None:
     """The same pull and bias once at three loads, once at the middle one: no road here says where level is."""
     random = np.random.default_rng(1)
-    lost = replace(LITTLE, crown_sd_m_s2=1.4, standing_slope_sd_m_s2=1.0, pull_sd_m_s2=0.2, wide_pull_probability=0.0)
+    lost = replace(LITTLE, crown_sd_m_s2=1.4, standing_slope_sd_m_s2=1.0, pull_sd_m_s2=0.2)
     three = [truck(random, pull=0.15, bias=-0.1) for _ in range(100)]
     one = [truck(random, pull=0.15, bias=-0.1, gradients=GRADIENTS[1:2]) for _ in range(100)]
     by_three, by_one = learned(three, lost), learned(one, lost)
@@ -106,7 +105,7 @@ def test_a_trucks_interval_contains_its_offset_at_the_stated_rate() -> None:
     whole = of(learned(given), "whole")
     middle, half_width = whole.mean(axis=1), 0.5 * (whole[:, 1] - whole[:, 0])
     z = 1.96 * (middle - 2.0 * DEGREE) / half_width
-    assert 0.92 <= np.mean(np.abs(z) < 1.96) <= 0.99
+    assert 0.92 <= np.mean(np.abs(z) < 1.96) <= 0.995
     assert 0.7 <= np.std(z) <= 1.15
 
 
@@ -126,7 +125,8 @@ def test_a_step_of_a_degree_is_found_within_three_drives_and_none_where_none_is(
 
 
 def test_a_single_wrong_drive_makes_no_step() -> None:
-    """The first one may be of before a change, and the last one after one: what is ambiguous is not valid."""
+    """A first one that differs may have been before a calibration, and a last one after it: the offset is right, or not
+    valid."""
     random = np.random.default_rng(4)
     for place in range(1, 8):
         drives = truck(random)
@@ -189,7 +189,7 @@ def test_ride_height_that_steers_with_the_load_is_in_the_interval() -> None:
         drives = truck(random, drives=9, pull=random.normal(0.0, 0.05), bias=random.normal(0.0, 0.1))
         given.append([shifted(row, by_load[k % 3]) for k, row in enumerate(drives)])
     whole = of(learned(given, priors_of()), "whole")
-    assert np.mean((whole[:, 0] < 2.0 * DEGREE) & (2.0 * DEGREE < whole[:, 1])) >= 0.88
+    assert np.mean((whole[:, 0] < 2.0 * DEGREE) & (whole[:, 1] > 2.0 * DEGREE)) >= 0.88
 
 
 def test_one_drive_alone_keeps_its_uncertainty_and_has_no_nan() -> None:
@@ -250,6 +250,7 @@ def test_a_repaired_play_is_a_change_of_the_play_and_not_of_the_offset() -> None
     assert (change.at, change.kind, answer.since, answer.play_since) == (3, "play", 0, 3)
     assert change.before == pytest.approx(10.0 * DEGREE, abs=0.5 * DEGREE)
     assert change.after == pytest.approx(3.0 * DEGREE, abs=0.5 * DEGREE)
+    assert answer.play == pytest.approx(change.after, rel=1e-4)
     assert answer.offset == pytest.approx(0.0, abs=0.1 * DEGREE)
 
 
@@ -284,6 +285,6 @@ def test_dates_that_are_cut_into_more_drives_change_nothing() -> None:
             )
         ] * 2
     one, cut = truck_now(whole, (), quiet), truck_now(parts, (), quiet)
-    assert cut.offset == pytest.approx(one.offset, abs=0.01 * DEGREE)
-    assert cut.whole == pytest.approx(one.whole, abs=0.01 * DEGREE)
+    assert cut.offset == pytest.approx(one.offset, abs=0.02 * DEGREE)
+    assert cut.whole == pytest.approx(one.whole, abs=0.02 * DEGREE)
     assert cut.play == pytest.approx(one.play, abs=0.01 * DEGREE)

@@ -249,7 +249,9 @@ def texts_of(codes: npt.NDArray[Any], text: Callable[[int], str]) -> npt.NDArray
     return np.array([text(int(code)) for code in different], object)[rows]
 
 
-def truck_histories(drives: npt.NDArray[np.void], counts: Sequence[int], priors: npt.NDArray[np.void]) -> npt.NDArray[np.void]:
+def truck_histories(
+    drives: npt.NDArray[np.void], counts: Sequence[int], priors: npt.NDArray[np.void]
+) -> npt.NDArray[np.void]:
     """The histories of trucks after all their drives (src/oncenter/truck/native/truck_filter.h).
 
     Args:
@@ -272,7 +274,9 @@ def truck_histories(drives: npt.NDArray[np.void], counts: Sequence[int], priors:
     return found
 
 
-def quantile(weights: npt.NDArray[np.float64], means: npt.NDArray[np.float64], sds: npt.NDArray[np.float64], share: float) -> float:
+def quantile(
+    weights: npt.NDArray[np.float64], means: npt.NDArray[np.float64], sds: npt.NDArray[np.float64], share: float
+) -> float:
     """The value below which a mixture of normal densities has this share; the weights sum to 1."""
     arrays = [np.ascontiguousarray(values, np.float64) for values in (weights, means, sds)]
     return float(lib.truck_quantile(*(ffi.from_buffer("double[]", values) for values in arrays), len(weights), share))

@@ -9,7 +9,7 @@ import numpy as np
 
 from oncenter import _core
 from oncenter.truck.events import Event
-from oncenter.truck.now import truck_now
+from oncenter.truck.now import truck_now, usable
 from oncenter.truck.priors import Priors, priors_of
 from oncenter.truck.row import Row
 from oncenter.tuned import BETWEEN_DRIVES
@@ -18,12 +18,12 @@ from oncenter.vehicle import Vehicle
 
 def known_by(rows: Sequence[Row], events: Sequence[Event], params: Mapping[str, float]) -> dict[str, float]:
     """Priors of the next drive as params of the core; empty without a usable row."""
-    usable = [row for row in rows if row.is_usable]
-    if not usable:
+    counted = usable(rows, events)
+    if not counted:
         return {}
-    truck = truck_now(usable, events, priors_of(params))
-    gradient, gradient_sd = _gradient(usable, priors_of(params))
-    wheelbase, wheelbase_sd = _wheelbase(usable)
+    truck = truck_now(counted, events, priors_of(params))
+    gradient, gradient_sd = _gradient(counted, priors_of(params))
+    wheelbase, wheelbase_sd = _wheelbase(counted)
     found = {
         "known_play{}_rad": (truck.play, math.hypot(truck.play_sd, BETWEEN_DRIVES["PLAY"][0])),
         "known_understeer_gradient{}_rad_m_s2": (gradient, gradient_sd),
@@ -42,13 +42,13 @@ def teach(
     core: _core.Core, rows: Sequence[Row], events: Sequence[Event], vehicle: Vehicle, params: Mapping[str, float]
 ) -> None:
     """Gives the core the truck's offset, play, gradient, wheelbase and neutral acceleration by its rows."""
-    usable = [row for row in rows if row.is_usable]
-    if not usable:
+    counted = usable(rows, events)
+    if not counted:
         return
     priors = priors_of(params)
-    truck = truck_now(usable, events, priors)
-    gradient, gradient_sd = _gradient(usable, priors)
-    wheelbase, wheelbase_sd = _wheelbase(usable)
+    truck = truck_now(counted, events, priors)
+    gradient, gradient_sd = _gradient(counted, priors)
+    wheelbase, wheelbase_sd = _wheelbase(counted)
     neutral_sd = math.hypot(truck.neutral_sd, priors.wind_sd_m_s2)
     joint = core.coefficients()["joint"]
     share = joint["tyre_share"]
@@ -69,10 +69,10 @@ def teach(
             "unloading": truck.neutral / share,
             "unloading_sd": neutral_sd / share,
             "tandem": joint["tandem"] / share,
-            "friction": usable[-1].friction / share,
-            "creep": usable[-1].creep * share,
-            "left_s": sum(row.left_s for row in usable),
-            "right_s": sum(row.right_s for row in usable),
+            "friction": counted[-1].friction / share,
+            "creep": counted[-1].creep * share,
+            "left_s": sum(row.left_s for row in counted),
+            "right_s": sum(row.right_s for row in counted),
             "identified": 1,
         },
     )

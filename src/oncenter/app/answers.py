@@ -90,7 +90,8 @@ class Answers:
         return key
 
     def begin_comparison(self, before: dict[str, Any] | None, after: dict[str, Any] | None) -> str:
-        """The key of a comparison of the JSON of two answers; its report is the certificate.
+        """The key of a comparison of the JSON of two answers, by the dates of their drives; its report is the
+        certificate.
 
         Raises:
             OncenterError: "page": one of them is missing, both are the same, or others run.
@@ -100,7 +101,8 @@ class Answers:
         files = [Path(self._folder.name) / f"{secrets.token_urlsafe(12)}.json" for _ in (before, after)]
         for said, file in zip((before, after), files, strict=True):
             file.write_text(json.dumps(said), encoding="utf-8")
-        return self._begin("compare", files, ["--in-given-order"])
+        starts = {before["start_time"], after["start_time"]}
+        return self._begin("compare", files, ["--in-given-order"] if None in starts or len(starts) < 2 else [])
 
     def of(self, key: str) -> Answer | None:
         return self._of.get(key)

@@ -11,7 +11,7 @@ from oncenter.files.whole_file import write_whole
 from oncenter.memory import TruckMemory, read_memory, write_memory
 from oncenter.offset.inputs import params_of
 from oncenter.signals import DEGREE
-from oncenter.truck.now import truck_now
+from oncenter.truck.now import truck_now, usable
 from oncenter.truck.priors import priors_of
 from oncenter.utc import iso
 from oncenter.vehicle import Vehicle
@@ -82,7 +82,7 @@ class Drives:
 
     def _common(self, answers: list[dict[str, Any]]) -> dict[str, Any] | None:
         memory = self._memory()
-        rows = sorted((row for row in memory.rows_of(self._truck) if row.is_usable), key=lambda row: row.start_s)
+        rows = sorted(usable(memory.rows_of(self._truck), memory.events), key=lambda row: row.start_s)
         if len(rows) < 2:
             return None
         params = params_of(self._truck, None)
@@ -109,7 +109,8 @@ class Drives:
         if gone is None:
             return
         keys, memory = set(_read(gone)["keys"]), self._memory()
-        write_memory(self.memory, replace(memory, drives=tuple(d for d in memory.drives if not keys & {*d.key})))
+        left = tuple(drive for drive in memory.drives if not keys & {*drive.key})
+        write_memory(self.memory, replace(memory, drives=left, vin=memory.vin if left else None))
         gone.unlink(missing_ok=True)
 
     def _keys(self) -> frozenset[str]:

@@ -34,7 +34,7 @@ def compare(
     ] = None,
     in_given_order: Annotated[
         bool,
-        typer.Option("--in-given-order", help="BEFORE was driven first, whatever the start times."),
+        typer.Option("--in-given-order", help="BEFORE was driven first: for drives without start times."),
     ] = False,
     report: Annotated[
         Path | None, typer.Option(metavar="OUT.html", help="Write a certificate: one page to print and to sign.")

@@ -20,19 +20,19 @@ _OFFSET_WIDTH, _STATUS_WIDTH, _STATE_WIDTH = 38, 12, 16
 _NO_ANSWER = "no answer"  # in place of a status
 
 
-def answer_each(places: Places, answered: Callable[[Path], Answer], schema: Schema | None) -> list[str]:
+def answer_each(places: Places, answered: Callable[[Path], Answer], schema: Schema | None) -> dict[str, list[str]]:
     """Prints the answer or the error of each log as soon as it is there; with a schema of `Answer.to_dict`, all of them
     in one object at the end.
 
     Returns:
-        The status of each offset.
+        The logs by the status of their offset.
 
     Raises:
         typer.Exit: no log can be answered: the exit code of all logs, or 1 if they differ.
     """
     width = min(max(len(printable_name(str(log))) for log in places.logs), _NAME_MAX)
     objects: list[dict[str, Any]] = []
-    statuses: list[str] = []
+    by_status: dict[str, list[str]] = {}
     exit_codes: set[int] = set()
     for log in places.logs:
         try:
@@ -42,15 +42,15 @@ def answer_each(places: Places, answered: Callable[[Path], Answer], schema: Sche
             objects.append(_refusal(str(log), error))
             line = _line(str(log), width, "-", _NO_ANSWER, str(error))
         else:
-            statuses.append(answer.offset.status)
+            by_status.setdefault(answer.offset.status, []).append(str(log))
             objects.append(answer.to_dict(schema) if schema else {})
             line = _line(str(log), width, _offset(answer), answer.offset.status, _first_warning(answer), _state(answer))
         if schema is None:
             typer.echo(line)
     _print_notes(places, objects, schema)
-    if not statuses:
+    if not by_status:
         raise typer.Exit(exit_codes.pop() if len(exit_codes) == 1 else LOG_CANNOT_BE_ANSWERED)
-    return statuses
+    return by_status
 
 
 def _print_notes(places: Places, objects: list[dict[str, Any]], schema: Schema | None) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 
 import typer
 
 from oncenter.errors import STATUS_TO_FAIL_ON, WRONG_USAGE, OncenterError
+from oncenter.files.file_name import printable
 
+_NAMED_MAX = 20  # of a kind
 STATUSES = ("valid", "converging", "unobservable", "invalid")
 
 
@@ -32,11 +33,19 @@ def kinds_of(given: str | None, kinds: Sequence[str] = STATUSES) -> frozenset[st
     return frozenset(named)
 
 
-def fail_on_kinds(found_kinds: Iterable[str], failing: frozenset[str]) -> None:
-    """Exits with code 3 if one of the kinds to fail on was found, and prints them to standard error."""
-    found = Counter(kind for kind in found_kinds if kind in failing)
-    if not found:
-        return
-    counts = ", ".join(f"{count} {kind}" for kind, count in found.items())
-    print(f"oncenter: --fail-on: {counts}", file=sys.stderr)
-    raise typer.Exit(STATUS_TO_FAIL_ON)
+def fail_on_kinds(
+    counts: Mapping[str, int], failing: frozenset[str], named: Mapping[str, Sequence[str]] | None = None
+) -> None:
+    """Exits with code 3 if one of the kinds to fail on was found, and prints them to standard error, a line each.
+
+    Args:
+        named: of each kind the trucks or logs that have it, as far as they are named.
+    """
+    found = {kind: count for kind, count in counts.items() if count and kind in failing}
+    for kind, count in found.items():
+        names = (named or {}).get(kind, ())[:_NAMED_MAX]
+        more = f" and {count - len(names)} more" if names and count > len(names) else ""
+        which = f": {', '.join(map(printable, names))}" if names else ""
+        print(f"oncenter: --fail-on: {count} {kind}{which}{more}", file=sys.stderr)
+    if found:
+        raise typer.Exit(STATUS_TO_FAIL_ON)

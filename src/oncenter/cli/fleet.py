@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import Annotated, Literal
@@ -27,7 +26,7 @@ def _fleet(context: typer.Context) -> None:
     """Find the trucks of a fleet that need a calibration, since when, and how certain that is."""
     if context.invoked_subcommand is None:
         raise OncenterError(
-            "fleet needs a command: oncenter fleet run, fleet trucks, fleet priors or fleet query",
+            "fleet needs a command: oncenter fleet run, trucks, remove, event, priors or query",
             code="usage",
             exit_code=WRONG_USAGE,
         )
@@ -75,7 +74,7 @@ def run(
     from oncenter.files.whole_file import check_place
     from oncenter.fleet import run as run_night  # first: it checks that the extra is installed
     from oncenter.fleet.engines import on_ray, processes
-    from oncenter.fleet.news import KINDS, counts_of
+    from oncenter.fleet.news import KINDS
 
     failing = kinds_of(fail_on, KINDS)
     if metrics is not None:
@@ -104,7 +103,8 @@ def run(
     if metrics is not None:
         write_metrics(metrics, summary)
     typer.echo((output / "metrics.json").read_text(encoding="utf-8").rstrip() if json else in_words(summary))
-    fail_on_kinds(Counter(counts_of(summary.new, summary.refused, summary.damaged)).elements(), failing)
+    named = {kind: each["names"] for kind, each in summary.kinds.items()}
+    fail_on_kinds({kind: each["count"] for kind, each in summary.kinds.items()}, failing, named)
 
 
 @fleet.command(epilog="Example: oncenter fleet trucks --output fleet --csv trucks.csv")
@@ -125,6 +125,72 @@ def trucks(
         typer.echo(as_csv(rows, "\n"), nl=False)
     else:
         write_csv(Path(csv), rows)
+
+
+@fleet.command(epilog="Example: oncenter fleet remove logs/T07/wrong.mf4 --output fleet")
+def remove(
+    log: Annotated[str, typer.Argument(metavar="LOG", help="The log, as the column log of the table drives names it.")],
+    output: Tables,
+    undo: Annotated[
+        bool, typer.Option("--undo", help="Count the drive again: one that was removed, or whose log is gone.")
+    ] = False,
+) -> None:
+    """Leave a drive out, with its copies: it counts no longer from the next run on."""
+    from oncenter.files.file_name import printable_name
+    from oncenter.fleet.ledger import ledger_in
+    from oncenter.fleet.night import absolute
+
+    name = printable_name(absolute(log))
+    with ledger_in(output) as ledger:
+        trucks = ledger.take_back(name) if undo else ledger.remove(name)
+    counts = "counts again" if undo else "no longer counts"
+    typer.echo(f"{name} {counts} for truck {' and '.join(trucks)}, from the next oncenter fleet run on")
+
+
+@fleet.command(epilog="Example: oncenter fleet event T07 calibrated --date 2026-03-02 --by -3.4 --output fleet")
+def event(
+    truck: Annotated[str, typer.Argument(metavar="TRUCK", help="The truck, as oncenter fleet trucks names it.")],
+    output: Tables,
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND",
+            help="calibrated: a correction was set; repaired: play or steering; changed: sensor or wheels; "
+            "another_truck: logs from then on are of another truck.",
+        ),
+    ] = "",
+    date: Annotated[
+        str, typer.Option(metavar="DATE", help="2026-03-02 or 2026-03-02T07:00, UTC or with +01:00 after it.")
+    ] = "",
+    by: Annotated[
+        float | None, typer.Option(metavar="DEG", help="The angle that the calibration added to the sensor's reading.")
+    ] = None,
+    events: Annotated[bool, typer.Option("--list", help="List the events of the truck.")] = False,
+    remove: Annotated[bool, typer.Option("--remove", help="Remove this event.")] = False,
+) -> None:
+    """State a calibration, a repair or another event of a truck, which its drives alone do not show."""
+    from oncenter.fleet.ledger import ledger_in
+    from oncenter.truck.events import event_of
+
+    if not events and not date:
+        raise OncenterError(
+            "an event needs a kind and a date: oncenter fleet event TRUCK KIND --date DATE, with KIND one of "
+            "calibrated, repaired, changed, another_truck",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
+    stated = None if events else event_of(kind, date, by)
+    with ledger_in(output) as ledger:
+        ledger.require_truck(truck)
+        if stated is None:
+            lines = list(map(str, ledger.events_of(truck)))
+        elif remove:
+            ledger.forget(truck, stated)
+            lines = [f"{stated}: removed from truck {truck}, from the next oncenter fleet run on"]
+        else:
+            ledger.state(truck, stated)
+            lines = [f"{stated}: stated of truck {truck}, from the next oncenter fleet run on"]
+    typer.echo("\n".join(lines) or f"no events of truck {truck}")
 
 
 @fleet.command(epilog="Example: oncenter fleet priors fleet --output fleet_priors.toml")

@@ -61,6 +61,8 @@ def read_logs(
         OncenterError: a single log cannot be read, or none of several; two logs are of different trucks
             ("different_trucks"); or the usage is wrong.
     """
+    from oncenter.offset.inputs import refuse_two_trucks
+
     logs: list[_Log] = []
     refusals = list(places.unlisted)
     are_several = len(places.logs) > 1
@@ -73,7 +75,7 @@ def read_logs(
                 raise
             refusals.append(error)
             continue
-        _refuse_another_truck(logs)
+        refuse_two_trucks([log.drive for log in logs])  # before the next long log is read
     if join:
         groups = _at_one_time(logs)
         if len(groups) == len(logs) > 1:
@@ -103,19 +105,6 @@ def _read(log: Path, file: Path, truck: Vehicle | None, dbc: Sequence[Path], tak
     if log != STANDARD_INPUT:
         return drive
     return drive.replaced(log="-")
-
-
-def _refuse_another_truck(logs: Sequence[_Log]) -> None:
-    """Compares the last log; all logs before it are of one truck."""
-    named = [log for log in logs if log.drive.vin is not None]
-    if not named or logs[-1].drive.vin in (None, named[0].drive.vin):
-        return
-    raise OncenterError(
-        f"the logs are of different trucks: {named[0].path} has VIN {named[0].drive.vin}, {named[-1].path} has VIN "
-        f"{named[-1].drive.vin}; give the logs of one truck, or --each for one answer per log",
-        code="different_trucks",
-        exit_code=WRONG_USAGE,
-    )
 
 
 def _at_one_time(logs: Sequence[_Log]) -> list[list[_Log]]:

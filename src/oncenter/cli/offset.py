@@ -122,7 +122,8 @@ def offset(
         def one(log: Path) -> oc.Answer:
             return oc.offset(read_log(log, truck, databases, take), truck, method=method, params=params)
 
-        fail_on_kinds(answer_each(places, one, schema if json else None), failing)
+        logs_of = answer_each(places, one, schema if json else None)
+        fail_on_kinds({status: len(some) for status, some in logs_of.items()}, failing, logs_of)
         return
     events = [parse_event(text) for text in event or ()]
     answer, after = _of_all(places, truck, dbc or (), take, method, params, memory, events, join)
@@ -133,7 +134,7 @@ def offset(
         write_memory(memory, after)
     if report is not None:
         oc.report(answer, report)
-    fail_on_kinds([answer.offset.status], failing)
+    fail_on_kinds({answer.offset.status: 1}, failing)
 
 
 def _truck(
@@ -180,7 +181,10 @@ def _of_all(
     drives, found = read_logs(places, truck, dbc, take, _wanted(method, truck, params), join)
     with progress_bar("answering", *places.logs) as progress:
         if before is None:
-            answer, after = oc.offset(drives, truck, method=method, params=params, events=events, progress=progress), None
+            answer, after = (
+                oc.offset(drives, truck, method=method, params=params, events=events, progress=progress),
+                None,
+            )
         else:
             from oncenter.memory import offset_with_memory
 

@@ -18,6 +18,7 @@ from oncenter.fleet.files import LogFile, at_hand
 from oncenter.fleet.start import starts_outside, valid_start
 from oncenter.fleet.summaries import columns_of
 from oncenter.fleet.trucks import Truck, Trucks
+from oncenter.fleet.vins import refuse_other_vin
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.plausibility.grid_signals import USEFUL
@@ -63,7 +64,8 @@ class Work:
                 signals = read_here(path, vehicle.signal_names, vehicle.databases(), {}, lambda fraction: None)
                 row |= {"span_s": _span_s(signals)} | when(log, signals)
                 row |= _largest_loss(signals)
-                row["fingerprint"] = fingerprint_of(signals)
+                row |= {"fingerprint": fingerprint_of(signals), "vin": signals.vin}
+                refuse_other_vin(row)
                 answer = offset(signals, vehicle)
                 row |= of_answer(answer)
                 if self.reports is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -79,13 +79,21 @@ def _without_answer(summary: Summary) -> Iterator[str]:
 
 
 def _odd(summary: Summary) -> Iterator[str]:
-    """Damage, and logs that count twice."""
+    """Damage, logs that count twice, and those that count no longer."""
     lines = [f"damaged in the ledger, set apart and answered again if its log is there: {it}" for it in summary.damaged]
     lines += [
-        f"counts for the trucks {' and '.join(each['trucks'])}; remove the wrong copy: {printable(each['log'])}"
+        f"{_copies(each['logs'])} have the same drive, which counts for each: remove the wrong one"
         for each in summary.in_two_trucks
     ]
+    lines += [
+        f"no longer counts for truck {each['truck']}, since its log was removed: {printable(each['log'])}"
+        for each in summary.gone
+    ]
     yield from _first(lines)
+
+
+def _copies(logs: Sequence[Mapping[str, str]]) -> str:
+    return " and ".join(f"{printable(each['log'])} of truck {each['truck']}" for each in logs)
 
 
 def _first(lines: Sequence[str]) -> Iterator[str]:

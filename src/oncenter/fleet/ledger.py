@@ -1,7 +1,8 @@
 """Logs found and rows answered, on disk: the only data that must survive a power cut in the middle of a run.
 
 A drive is the content of its log and its truck, whatever its files are called: `drive` has a row for each, `seen` each
-file with the drive that is in it. A copy adds a file, a move replaces one, and neither is answered again.
+file with the drive that is in it. A copy adds a file, a move replaces one, and neither is answered again. `left_out`
+has drives that do not count: a person removed them, or their files are gone. `events` are stated by a person.
 
 SQLite with a write-ahead log: a row is written completely or not at all. A query finds the missing rows, so memory does
 not grow with the number of logs. At the end of a run the Parquet tables are written from it.
@@ -12,8 +13,9 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -22,9 +24,10 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.child import READER_DEATHS
 from oncenter.files.file_name import printable_name
 from oncenter.fleet.files import NOT_A_FILE, STORE, UNREADABLE_FOLDER, LogFile
-from oncenter.fleet.ledger_file import NAME, is_damage, opened, set_apart_damaged_rows, store
+from oncenter.fleet.ledger_file import NAME, is_damage, is_ledger, opened, set_apart_damaged_rows, store
 from oncenter.fleet.start import own_outside, starts_outside, with_earliest
 from oncenter.fleet.trucks import Trucks
+from oncenter.truck.events import Event
 
 LEDGER = "ledger.sqlite"  # in an output folder
 
@@ -34,7 +37,12 @@ _KNOWN_MAX = 20  # drives with which a log of the same size is compared
 _PLANS = """
 CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
 CREATE TEMP TABLE to_do (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
+CREATE TEMP TABLE gone (uri TEXT PRIMARY KEY);
+CREATE TEMP TABLE newly_gone (key TEXT, truck TEXT);
 """
+_REMOVED, _GONE = "removed", "gone"  # why a drive is left out
+_IS_LEFT_OUT = "(key, truck) IN (SELECT key, truck FROM left_out)"
+_IS_GONE = f"(key, truck) IN (SELECT key, truck FROM left_out WHERE why = '{_GONE}')"
 
 
 def _refusal(path: Path, error: sqlite3.Error) -> OncenterError:
@@ -87,7 +95,7 @@ class Ledger:
             raise
 
     def plan(
-        self, logs: Iterable[LogFile], trucks: Trucks, retry: bool = False, buckets: Sequence[str] = ()
+        self, logs: Iterable[LogFile], trucks: Trucks, retry: bool = False, places: Sequence[str] = ()
     ) -> tuple[int, int]:
         """Stores all logs; returns how many there are, and how many must be looked at.
 
@@ -95,10 +103,8 @@ class Ledger:
         same vehicle file. With `retry`, logs at which a reader crashed or was stopped are answered again.
 
         Args:
-            buckets: places in an object store that were searched for logs.
+            places: places in which logs were searched.
         """
-        paths = [unquote(place.partition("?")[0]).rstrip("/") for place in buckets]  # as pyarrow decodes a URI
-        self._listed = tuple(f"{printable_name(path)}/" for path in paths)
         if retry:
             deaths = ", ".join(f"'{code}'" for code in READER_DEATHS)
             self._file.execute(f"UPDATE drive SET again = 1 WHERE error_code IN ({deaths})")
@@ -106,6 +112,8 @@ class Ledger:
             "INSERT OR IGNORE INTO planned VALUES (?, ?, ?, ?, ?)",
             ((printable_name(log.uri), log.uri.encode(*NAME), log.options, log.size, log.modified_s) for log in logs),
         )
+        self._listed = tuple(filter(self._has_logs, map(_begin_of_names, places)))
+        self._leave_out_gone()
         self._forget_what_is_no_log()
         self._forget_outdated(trucks)
         self._file.execute(
@@ -115,6 +123,30 @@ class Ledger:
         count = "SELECT (SELECT count(*) FROM planned), (SELECT count(*) FROM to_do)"
         all_logs, to_do = self._file.execute(count).fetchone()
         return int(all_logs), int(to_do)
+
+    def _has_logs(self, begin: str) -> bool:
+        """Whether a log was found there: a disk that is not mounted is an empty folder."""
+        ends = (begin, f"{begin}\U0010ffff")
+        return self._file.execute("SELECT 1 FROM planned WHERE uri BETWEEN ? AND ?", ends).fetchone() is not None
+
+    def _leave_out_gone(self) -> None:
+        """Drives none of whose files is in its place any more, where these places were searched. They count again when
+        a file is back."""
+        there = "SELECT key, truck FROM seen JOIN planned USING (uri)"
+        self._file.execute(f"DELETE FROM left_out WHERE why = '{_GONE}' AND (key, truck) IN ({there})")
+        missing = self._file.execute(
+            f"SELECT uri, name FROM seen WHERE uri NOT IN (SELECT uri FROM planned) AND NOT {_IS_LEFT_OUT}"
+        ).fetchall()
+        gone = ((uri,) for uri, name in missing if uri.startswith(self._listed) and self._is_gone(uri, name))
+        self._file.executemany("INSERT INTO gone VALUES (?)", gone)
+        each_is_gone = "HAVING min(uri IN (SELECT uri FROM gone))"
+        self._file.execute(f"INSERT INTO newly_gone SELECT key, truck FROM seen GROUP BY key, truck {each_is_gone}")
+        self._file.execute(f"INSERT INTO left_out SELECT key, truck, '{_GONE}' FROM newly_gone")
+
+    def gone(self) -> list[dict[str, str]]:
+        """Drives that count no longer since this night, and were not moved."""
+        rows = self._file.execute("SELECT log, truck FROM drive JOIN newly_gone USING (key, truck) ORDER BY 1, 2")
+        return [{"log": log, "truck": truck} for log, truck in rows]
 
     def _forget_outdated(self, trucks: Trucks) -> None:
         """Rows stay in the tables until their logs are answered again."""
@@ -213,6 +245,8 @@ class Ledger:
             if self._is_gone(other, name):
                 self._file.execute("DELETE FROM seen WHERE uri = ?", (other,))
                 before.append((key, its_truck))
+        for table in ("newly_gone", "left_out"):
+            self._file.execute(f"DELETE FROM {table} WHERE key = ? AND truck = ? AND {_IS_GONE}", (key, truck))
         self._file.executemany("INSERT OR IGNORE INTO left_behind VALUES (?, ?)", before)
 
     def forget_left_behind(self) -> None:
@@ -266,19 +300,97 @@ class Ledger:
         return int(count)
 
     def by_truck(self) -> Iterator[tuple[str, list[dict[str, Any]]]]:
-        """Each truck's rows in order of time, one truck in memory at a time; first the rows without a truck."""
-        trucks = [name for (name,) in self._file.execute("SELECT DISTINCT truck FROM drive ORDER BY truck")]
-        for truck in trucks:
-            rows = self._file.execute("SELECT row, log FROM drive WHERE truck = ? ORDER BY start, key", (truck,))
-            yield truck, [json.loads(row) | {"log": log} for row, log in rows]
+        """Each truck's rows in order of time, one truck in memory at a time; first the rows without a truck. Drives
+        that are gone are not among them, and `is_removed` is true for those that a person removed."""
+        trucks = self._file.execute(f"SELECT DISTINCT truck FROM drive WHERE NOT {_IS_GONE} ORDER BY truck").fetchall()
+        for (truck,) in trucks:
+            rows = self._file.execute(
+                f"SELECT row, log, {_IS_LEFT_OUT} FROM drive WHERE truck = ? AND NOT {_IS_GONE} ORDER BY start, key",
+                (truck,),
+            )
+            yield truck, [json.loads(row) | {"log": log, "is_removed": removed} for row, log, removed in rows]
 
     def of_two_trucks(self) -> list[dict[str, Any]]:
         """Drives that count for several trucks: a log of one lies among those of another."""
-        rows = self._file.execute(
-            "SELECT min(log), json_group_array(truck) FROM (SELECT key, truck, log FROM drive WHERE truck != ''"
-            " AND error_code IS NULL ORDER BY key, truck) GROUP BY key HAVING count(*) > 1 ORDER BY 1"
+        there = "SELECT min(uri) FROM seen s JOIN planned USING (uri) WHERE s.key = d.key AND s.truck = d.truck"
+        drives = (
+            f"SELECT key, truck, coalesce(({there}), log) AS log FROM drive d WHERE truck != '' AND error_code IS NULL"
+            f" AND NOT {_IS_LEFT_OUT} ORDER BY key, truck"
         )
-        return [{"log": log, "trucks": json.loads(trucks)} for log, trucks in rows]
+        rows = self._file.execute(
+            f"SELECT min(log), json_group_array(json_object('log', log, 'truck', truck)) FROM ({drives})"
+            " GROUP BY key HAVING count(*) > 1 ORDER BY 1"
+        )
+        both = [(log, json.loads(logs)) for log, logs in rows]
+        return [{"log": log, "trucks": [each["truck"] for each in logs], "logs": logs} for log, logs in both]
+
+    def remove(self, log: str) -> list[str]:
+        """Leaves the drive of a log out, in every night; its trucks.
+
+        Raises:
+            OncenterError: "no_such_log", exit code 2: no drive has this log.
+        """
+        drives = self._drives_of(log)
+        self._file.executemany(f"INSERT OR REPLACE INTO left_out VALUES (?, ?, '{_REMOVED}')", drives)
+        return [truck for _, truck in drives]
+
+    def take_back(self, log: str) -> list[str]:
+        """Lets a drive count that was removed, or whose file is gone: that file is forgotten.
+
+        Raises:
+            OncenterError: "no_such_log", exit code 2: no drive has this log, or it is not left out.
+        """
+        drives = [
+            drive
+            for drive in self._drives_of(log)
+            if self._file.execute("DELETE FROM left_out WHERE key = ? AND truck = ? RETURNING 1", drive).fetchall()
+        ]
+        if not drives:
+            raise _wrong(f"the drive of {log} was not removed: it counts", "no_such_log")
+        self._file.executemany("DELETE FROM seen WHERE key = ? AND truck = ?", drives)
+        return [truck for _, truck in drives]
+
+    def _drives_of(self, log: str) -> list[tuple[str, str]]:
+        """Key and truck of each; a file that is gone may have had another drive before."""
+        drives = self._file.execute(
+            "SELECT key, truck FROM drive WHERE log = ? UNION SELECT key, truck FROM seen JOIN drive USING (key, truck)"
+            " WHERE uri = ?",
+            (log, log),
+        ).fetchall()
+        if not drives:
+            raise _wrong(f"no drive of {log} in this ledger: the column log of drives.parquet names all", "no_such_log")
+        return drives
+
+    def events_of(self, truck: str) -> list[Event]:
+        """In order of time."""
+        rows = self._file.execute("SELECT time, kind, by_rad FROM events WHERE truck = ? ORDER BY time, kind", (truck,))
+        return [Event(*row) for row in rows]
+
+    def state(self, truck: str, event: Event) -> None:
+        """Keeps an event, in place of one of the same kind and time."""
+        self._file.execute(
+            "INSERT OR REPLACE INTO events VALUES (?, ?, ?, ?, ?)",
+            (truck, event.time_s, event.kind, event.by_rad, time.time()),
+        )
+
+    def forget(self, truck: str, event: Event) -> None:
+        """Removes the event of this kind and time.
+
+        Raises:
+            OncenterError: "usage", exit code 2: there is none.
+        """
+        same = (truck, event.time_s, event.kind)
+        sql = "DELETE FROM events WHERE truck = ? AND time = ? AND kind = ? RETURNING 1"
+        if not self._file.execute(sql, same).fetchall():
+            raise _wrong(f"no event {event} of truck {truck}: --list names those that there are", "usage")
+
+    def require_truck(self, truck: str) -> None:
+        """
+        Raises:
+            OncenterError: "usage", exit code 2: it has no drive.
+        """
+        if truck == "" or self._file.execute("SELECT 1 FROM drive WHERE truck = ?", (truck,)).fetchone() is None:
+            raise _wrong(f"no truck {truck} in this ledger: oncenter fleet trucks names those that there are", "usage")
 
     def last_night(self, kind: str) -> dict[str, str]:
         """The results that the last night ended with, by name."""
@@ -299,6 +411,34 @@ class Ledger:
                 self._file.execute("COMMIT")
         finally:
             self._file.close()
+
+
+@contextmanager
+def ledger_in(folder: Path) -> Iterator[Ledger]:
+    """The ledger of an output folder, to change what a person states.
+
+    Raises:
+        OncenterError: "output", exit code 2: there is none, it is damaged, or a run has it.
+    """
+    path = folder / LEDGER
+    if not (path.is_file() and is_ledger(path)):
+        raise _wrong(f"no ledger of a fleet in {folder}: name the --output folder of oncenter fleet run", "output")
+    try:
+        with closing(Ledger(path)) as ledger:
+            yield ledger
+    except sqlite3.Error as error:
+        raise _wrong(f"cannot change {path}: {error}; oncenter fleet run sets damage apart", "output") from None
+
+
+def _wrong(why: str, code: str) -> OncenterError:
+    return OncenterError(why, code=code, exit_code=WRONG_USAGE)
+
+
+def _begin_of_names(place: str) -> str:
+    """Of all logs in a place."""
+    if place.startswith(STORE):
+        return f"{printable_name(unquote(place.partition('?')[0]).rstrip('/'))}/"  # as pyarrow decodes a URI
+    return printable_name(os.path.join(place, ""))
 
 
 def _is_there(path: str) -> bool:

@@ -21,13 +21,20 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import printable, printable_name
 from oncenter.files.whole_file import UNFINISHED
 from oncenter.fleet.start import valid_start
+from oncenter.truck.events import KINDS
 
 NAME = ("utf-8", "surrogatepass")  # of a log in bytes: keeps every name that Python can hold
 
-_VERSION = 2  # 1: a row for each content of a log, whichever trucks it is of
+_VERSION = 3  # 1: a row for each content of a log, whichever trucks it is of; 2: without the tables of `_SINCE_3`
 _COLUMNS = "key, truck, log, start, settings, vehicle_file, error_code, row"  # that the checksum is of
 _DRIVE = "key TEXT, truck TEXT, log TEXT, start REAL, settings TEXT, vehicle_file TEXT, error_code TEXT, row TEXT"
 # `uri` is the log's name after `printable_name`; `name` is its bytes, which need not be text.
+_SINCE_3 = (
+    "CREATE TABLE left_out (key TEXT, truck TEXT, why TEXT, PRIMARY KEY (key, truck))",
+    "CREATE TABLE events (truck TEXT, time REAL, kind TEXT, by_rad REAL, recorded REAL,"
+    " PRIMARY KEY (truck, time, kind))",
+    f"PRAGMA user_version = {_VERSION}",
+)
 _TABLES = (
     f"CREATE TABLE drive ({_DRIVE}, checksum INTEGER, again INTEGER, PRIMARY KEY (key, truck))",
     "CREATE INDEX in_time ON drive (truck, start, key)",
@@ -38,13 +45,22 @@ _TABLES = (
     "CREATE TABLE left_behind (key TEXT, truck TEXT, PRIMARY KEY (key, truck))",
     "CREATE TABLE last_night (kind TEXT, name TEXT, said TEXT, PRIMARY KEY (kind, name))",
     f"CREATE TABLE damaged ({_DRIVE}, checksum INTEGER, again INTEGER)",
-    f"PRAGMA user_version = {_VERSION}",
+    *_SINCE_3,
 )
+_KEPT_OF_DAMAGED = {  # beside the drives
+    "seen": "uri, name, size, modified, key, truck",
+    "last_night": "kind, name, said",
+    "left_out": "key, truck, why",
+    "events": "truck, time, kind, by_rad, recorded",
+}
 _WAL = "-wal"  # what is not yet in the file
 _STORE = f"INSERT OR REPLACE INTO drive ({_COLUMNS}, checksum, again) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
 _WELL_TYPED = (
     "typeof(uri) = 'text' AND typeof(size) = 'integer' AND typeof(modified) = 'real' AND typeof(key) = 'text'"
     " AND typeof(truck) = 'text'"
+)
+_EVENT_OF_VALUE = (
+    f"typeof(truck) = 'text' AND typeof(time) = 'real' AND kind IN {KINDS} AND typeof(by_rad) IN ('real', 'null')"
 )
 
 Row = dict[str, Any]
@@ -134,7 +150,10 @@ def _bring_up_to_date(file: sqlite3.Connection, path: Path, is_new: bool) -> Non
             code="output",
             exit_code=WRONG_USAGE,
         )
-    if version == _VERSION:
+    if version == 2:
+        for statement in _SINCE_3:
+            file.execute(statement)
+    if version >= 2:
         statements = {sql for (sql,) in file.execute("SELECT sql FROM sqlite_master")}
         if not {statement for statement in _TABLES if statement.startswith("CREATE")} <= statements:
             raise Damaged(f"{path.name} has other tables than those of its version")
@@ -234,7 +253,8 @@ def set_apart_damaged_rows(file: sqlite3.Connection) -> list[str]:
     odd = file.execute("SELECT uri, name FROM seen WHERE CAST(uri AS BLOB) IS NOT name").fetchall()
     file.executemany("DELETE FROM seen WHERE uri = ?", ((uri,) for uri, name in odd if uri != _printed(name)))
     file.execute("DELETE FROM begun WHERE typeof(uri) != 'text'")
-    return sorted(name for _, name in damaged)
+    events = file.execute(f"DELETE FROM events WHERE NOT ({_EVENT_OF_VALUE}) RETURNING truck").fetchall()
+    return sorted([*(name for _, name in damaged), *(f"event of truck {truck}" for (truck,) in events)])
 
 
 def _printed(name: Any) -> str | None:
@@ -266,10 +286,9 @@ def set_apart(path: Path) -> tuple[Path, int]:
         for row in _readable(aside, f"{_COLUMNS}, checksum, again", "drive"):
             if row[-2] == _checksum(row[:-2]):
                 new.execute(_STORE, row)
-        for row in _readable(aside, "uri, name, size, modified, key, truck", "seen"):
-            new.execute("INSERT OR IGNORE INTO seen VALUES (?, ?, ?, ?, ?, ?)", row)
-        for row in _readable(aside, "kind, name, said", "last_night"):
-            new.execute("INSERT OR IGNORE INTO last_night VALUES (?, ?, ?)", row)
+        for table, columns in _KEPT_OF_DAMAGED.items():
+            for row in _readable(aside, columns, table):
+                new.execute(f"INSERT OR IGNORE INTO {table} VALUES ({', '.join('?' * len(row))})", row)
         (kept,) = new.execute("SELECT count(*) FROM drive").fetchone()
         new.execute("COMMIT")
     for part in (_WAL, "-shm"):  # SQLite would take them for those of the new file

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from oncenter.files.whole_file import write_whole
-from oncenter.fleet.news import counts_of
 from oncenter.verdict.states import OF_OFFSET
 
 if TYPE_CHECKING:
@@ -37,7 +36,6 @@ def as_prometheus(summary: Summary, end_s: float) -> str:
 
 def _metrics(summary: Summary, end_s: float) -> Iterator[list[str]]:
     unchanged = summary.logs_found - summary.logs_answered - summary.logs_refused - summary.logs_copied
-    counts = counts_of(summary.new, summary.refused, summary.damaged)
     yield _metric("info", "Version of oncenter.", {f'version="{summary.version.translate(_ESCAPED)}"': 1})
     yield _metric("end_timestamp_seconds", "End of the last run that wrote its tables.", {"": end_s})
     yield _metric("run_seconds", "Duration of this run.", {"": summary.seconds})
@@ -61,7 +59,7 @@ def _metrics(summary: Summary, end_s: float) -> Iterator[list[str]]:
         ("new-fault", "Trucks with a signal or sensor at fault that had none last night."),
         ("damaged", "Rows of the ledger, or ledgers, that were damaged and set apart."),
     ):
-        yield _metric(kind.replace("-", "_"), about, {"": counts[kind]})
+        yield _metric(kind.replace("-", "_"), about, {"": summary.kinds[kind]["count"]})
 
 
 def _by(label: str, counts: Mapping[str, int]) -> dict[str, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 from oncenter.files.own_file import NOT_A_LOG
 from oncenter.fleet.ledger import Ledger
@@ -14,6 +14,14 @@ Row = Mapping[str, Any]
 KINDS = ("new-calibrate", "new-fault", "unread", "new-unread", "damaged")  # that a run can fail on
 _VERDICT, _UNREAD = "verdict", "unread"  # kinds in the ledger
 _WATCHED = " watch"
+_NAMED_MAX = 1000  # of a kind
+
+
+class Kind(TypedDict):
+    """How many trucks or logs have it, and the names of the first 1,000."""
+
+    count: int
+    names: list[str]
 
 
 @dataclass(frozen=True)
@@ -70,14 +78,17 @@ def keep_for_next_night(ledger: Ledger, ranked: Sequence[Row], unread: Sequence[
     ledger.say({_VERDICT: _verdicts(ranked), _UNREAD: {row["log"]: row["error_code"] for row in unread}})
 
 
-def counts_of(news: News, refused: Mapping[str, int], damaged: Sequence[str]) -> dict[str, int]:
-    """How many of each of `KINDS`. Files that oncenter wrote are no drives that are missing."""
+def kinds_of(news: News, unread: Sequence[Row], damaged: Sequence[str]) -> dict[str, Kind]:
+    """By each of `KINDS` the trucks or logs that have it. Files that oncenter wrote are no drives that are missing."""
+    found: tuple[Sequence[str], ...] = (
+        news.calibrate,
+        news.fault,
+        [row["log"] for row in unread if row["error_code"] != NOT_A_LOG],
+        news.unread,
+        damaged,
+    )
     return {
-        "new-calibrate": len(news.calibrate),
-        "new-fault": len(news.fault),
-        "unread": sum(count for code, count in refused.items() if code != NOT_A_LOG),
-        "new-unread": len(news.unread),
-        "damaged": len(damaged),
+        kind: Kind(count=len(names), names=list(names[:_NAMED_MAX])) for kind, names in zip(KINDS, found, strict=True)
     }
 
 

@@ -25,13 +25,13 @@ from oncenter.fleet.files import STORE, find_logs, refuse_credentials
 from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.ledger_file import is_damage, is_ledger
 from oncenter.fleet.ledger_file import set_apart as set_apart_file
-from oncenter.fleet.news import News, keep_for_next_night, news_of
+from oncenter.fleet.news import Kind, News, keep_for_next_night, kinds_of, news_of
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.trucks import Trucks
 from oncenter.fleet.watched import ANSWERER, Watched
 
 _DRIVES_AT_ONCE = 150_000  # of trucks whose models are computed together: about 200 MB
-_UNREAD_MAX = 1000  # named in metrics.json
+_UNREAD_MAX = 1000  # logs named in metrics.json for one reason
 _PAGE, _METRICS = "index.html", "metrics.json"
 _WRITTEN = (_PAGE, _METRICS, *(f"{name}.parquet" for name in ("drives", "trucks", "changes")))
 
@@ -45,8 +45,10 @@ class Summary:
     `logs_per_second` the rate while logs were answered, `peak_memory_mb` that of the largest process. `copies` of the
     `drives` are copies or parts of another one and do not count for their trucks. `refused` counts logs without an
     answer by error code, `unread` names the first 1,000 of them, and `poisonous` those at which a reader crashed or was
-    stopped, in this run or earlier. `new` is what differs from the last night. `damaged` names what of the ledger was
-    damaged and set apart, and `in_two_trucks` logs that count for several trucks. `verdicts` and `states` count trucks,
+    stopped, in this run or earlier. `new` is what differs from the last night, and `kinds` has the trucks and logs by
+    kind of `--fail-on`. `damaged` names what of the ledger was damaged and set apart, and `in_two_trucks` logs that
+    count for several trucks. `gone` are the first 1,000 drives that count no longer since this night, because their
+    logs were removed. `events` counts those that a person stated of the trucks. `verdicts` and `states` count trucks,
     see `tables.TRUCKS`. `worst` are the first ten trucks' rows of that table.
     """
 
@@ -66,8 +68,11 @@ class Summary:
     unread: tuple[dict[str, Any], ...]
     poisonous: tuple[dict[str, str], ...]
     new: News
+    kinds: dict[str, Kind]
     damaged: tuple[str, ...]
     in_two_trucks: tuple[dict[str, Any], ...]
+    gone: tuple[dict[str, str], ...]
+    events: int
     trucks: int
     changes_of_offset: int
     verdicts: dict[str, int]
@@ -117,14 +122,14 @@ def run(
         with closing(Ledger(folder / LEDGER)) as ledger:
             for part in (folder, *filter(Path.is_dir, folder.iterdir())):  # the lock is ours: no other run writes here
                 remove_unfinished(part)
-            buckets = [place for place in places if place.startswith(STORE)]
-            found, to_do = ledger.plan(find_logs(places), trucks, retry, buckets)
+            found, to_do = ledger.plan(find_logs(places), trucks, retry, places)
             progress = Progress(to_do)
             rate = _answer_all(ledger, work, engine, progress)
             try:
                 tables = _write_tables(folder, ledger, trucks, limit_deg)
             except OncenterError as error:
                 raise _stopped(str(error)) from None
+            new, damaged = news_of(ledger, tables.ranked, tables.unread), (*set_apart, *ledger.damaged)
             summary = Summary(
                 version=_core.version(),
                 output=str(folder),
@@ -137,9 +142,11 @@ def run(
                 logs_per_second=rate,
                 peak_memory_mb=_peak_memory_mb(),
                 unread=tuple(tables.unread[:_UNREAD_MAX]),
-                new=news_of(ledger, tables.ranked, tables.unread),
-                damaged=(*set_apart, *ledger.damaged),
+                new=new,
+                kinds=kinds_of(new, tables.unread, damaged),
+                damaged=damaged,
                 in_two_trucks=tuple(ledger.of_two_trucks()),
+                gone=tuple(ledger.gone()[:_UNREAD_MAX]),
                 **tables.counts,
             )
             write_whole(folder / _METRICS, json.dumps(asdict(summary), indent=1, ensure_ascii=False) + "\n")
@@ -231,6 +238,7 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
     from oncenter.fleet.page_data import PageData, drive_data
     from oncenter.fleet.ranking import OfTruck, histories, mark_copies, rank, vehicle_file_of
     from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
+    from oncenter.fleet.vins import without_other_vins
     from oncenter.verdict.states import OF_OFFSET
 
     data = PageData(ledger.count_trucks())
@@ -238,7 +246,7 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
     refused: dict[str, int] = {}
     unread: list[dict[str, Any]] = []
     changes: list[dict[str, Any]] = []
-    count = copies = 0
+    count = copies = stated = 0
 
     def finish(some: Sequence[tuple[OfTruck, list[dict[str, Any]]]]) -> None:
         for of_truck, (_, of_page) in zip(histories([one for one, _ in some]), some, strict=True):
@@ -253,7 +261,11 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
         waiting: list[tuple[OfTruck, list[dict[str, Any]]]] = []
         held = 0
         for truck, rows in ledger.by_truck():
+            events = ledger.events_of(truck)
+            rows = without_other_vins(rows, events)
             mark_copies(rows)
+            rows = _without_removed(rows)
+            stated += len(events)
             for row in rows:
                 drives.add(row)
                 code = row.get("error_code")
@@ -262,10 +274,10 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
                     unread.append({name: row[name] for name in ("log", "truck", "error_code", "error")})
             count += len(rows)
             copies += sum(row.get("copy_of") is not None for row in rows)
-            if truck:
+            if truck and rows:
                 limit = limit_deg or vehicles.offset_limit_deg(vehicle_file_of(rows))
                 newest = rows[-data.drives_of_a_truck :]
-                waiting.append((OfTruck(truck, rows, limit), [drive_data(folder, row) for row in newest]))
+                waiting.append((OfTruck(truck, rows, limit, events), [drive_data(folder, row) for row in newest]))
                 held += len(rows)
             if held >= _DRIVES_AT_ONCE:
                 finish(waiting)
@@ -282,6 +294,7 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
     counts = {
         "drives": count,
         "copies": copies,
+        "events": stated,
         "refused": dict(sorted(refused.items())),
         "poisonous": tuple(
             {"log": row["log"], "error": row["error"]} for row in unread if row["error_code"] in READER_DEATHS
@@ -293,6 +306,17 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
         "worst": tuple(ranked[:10]),
     }
     return _Tables(counts, ranked, unread)
+
+
+def _without_removed(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """The rows without drives that a person removed, and without their copies and parts."""
+    removed = {_whole(row) for row in rows if row["is_removed"]} - {""}
+    return [row for row in rows if not row["is_removed"] and _whole(row) not in removed]
+
+
+def _whole(row: dict[str, Any]) -> str:
+    """The key of a drive, or of that of which it is a copy; empty of a log that was not read."""
+    return str(row.get("copy_of") or row["key"])
 
 
 def _peak_memory_mb() -> float | None:

@@ -21,7 +21,7 @@ from oncenter.fleet.verdict import deciding_interval, second_line, state_of
 from oncenter.signals import DEGREE
 from oncenter.truck.events import Event
 from oncenter.truck.fingerprint import Print, copies
-from oncenter.truck.now import Change, Truck, truck_now, trucks_now
+from oncenter.truck.now import Change, Truck, truck_now, trucks_now, usable
 from oncenter.truck.priors import priors_of
 from oncenter.truck.zero import Zero
 from oncenter.verdict.states import AT_FAULT, Code
@@ -80,10 +80,10 @@ class OfTruck:
         self._at_fault, self._is_relative = _newest_fault(drives), _newest_has(drives, _RELATIVE)
         self._readings = {q.name: readings_of(drives, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
         self._used_s = sum(drive.get("used_s") or 0.0 for drive in drives)
-        usable = [(drive, row) for drive in drives if (row := row_of_drive(drive)) is not None]
-        self.rows = [row for _, row in usable]
-        self._drives = [drive for drive, _ in usable]
-        self.params = params_of_drive(self._drives[-1] if usable else {})
+        counted = [(drive, row) for drive in drives if (row := row_of_drive(drive)) is not None]
+        self.rows = usable((row for _, row in counted), events)
+        self._drives = [drive for drive, row in counted if any(row is one for one in self.rows)]
+        self.params = params_of_drive(self._drives[-1] if self._drives else {})
         self._has_unusable_offset = any(drive.get(OFFSET.value) is not None for drive in drives)
         self._offset: Offset | None = None
 

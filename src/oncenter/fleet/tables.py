@@ -67,6 +67,7 @@ def _of_drives() -> dict[str, tuple[str, str]]:
         "log": ("text", "path or URI; of several copies the first by name"),
         "key": ("text", "hash of the log's content (BLAKE3), which identifies the drive"),
         "fingerprint": ("text", "of the signals: a copy or a part of the drive in another log has the same hashes"),
+        "vin": ("text", "VIN in the log; null where it has none"),
         "copy_of": ("text", "key of the drive of which this is a copy or a part; it does not count for its truck"),
         "vehicle_file": ("text", "name of the vehicle file in --vehicles, without .toml"),
         "settings": ("text", "hash of version and vehicle file"),

@@ -17,7 +17,7 @@ from oncenter.files.toml_file import BYTES_MAX
 from oncenter.vehicle import Vehicle, vehicle
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG
 
-_VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # without I, O and Q: ISO 3779
+VIN = re.compile(r"(?<![0-9A-Za-z])[A-HJ-NPR-Z0-9]{17}(?![0-9A-Za-z])")  # without I, O and Q: ISO 3779
 _DBC_BYTES_MAX = 16 << 20  # the rest is not read
 _SUFFIX = re.compile(rf"({'|'.join(map(re.escape, SUFFIXES))})$", re.IGNORECASE)
 
@@ -65,7 +65,7 @@ class Trucks:
         for name in (part, _SUFFIX.sub("", part)):
             if name in self._files:
                 return Truck(name, name)
-        for vin in _VIN.findall(part):
+        for vin in VIN.findall(part):
             truck = self.by_vin(vin)
             if truck is not None:
                 return truck

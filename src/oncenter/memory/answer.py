@@ -42,12 +42,13 @@ def offset_with_memory(
         events: what a person states of the truck, in addition to the memory's.
 
     Raises:
-        OncenterError: as `oncenter.offset`; "method", exit code 2: another method than "joint".
+        OncenterError: as `oncenter.offset`; exit code 2: "method": another one than "joint"; "different_trucks".
     """
     if method != _USES_MEMORY:
         raise OncenterError(
             f"a memory needs method '{_USES_MEMORY}', got '{method}'", code="method", exit_code=WRONG_USAGE
         )
+    _refuse_another_truck(drives, memory)
     dated = [replace(drive, start_s=start_of_drive(drive, _path(drive))) for drive in drives]
     keys = {drive.log: fingerprint_of(drive) for drive in dated}
     again = [log for log, key in keys.items() if memory.has(key)]
@@ -76,6 +77,21 @@ def offset_with_memory(
         ratio_times_wheelbase=_product(answer) or memory.ratio_times_wheelbase,
     )
     return answer, memory if again and len(again) == len(keys) else after
+
+
+def _refuse_another_truck(drives: Sequence[Signals], memory: TruckMemory) -> None:
+    """
+    Raises:
+        OncenterError: "different_trucks", exit code 2: the VIN of a drive is not that of the memory.
+    """
+    other = next((drive for drive in drives if drive.vin not in (None, memory.vin)), None)
+    if memory.vin is not None and other is not None:
+        raise OncenterError(
+            f"{other.log} has VIN {other.vin}, and the former drives of truck '{memory.truck}' have VIN {memory.vin}: "
+            "give this truck's logs, or the memory of the other truck",
+            code="different_trucks",
+            exit_code=WRONG_USAGE,
+        )
 
 
 def _added(answer: Answer, keys: Mapping[str, str], settings: str) -> list[PastDrive]:
@@ -119,6 +135,6 @@ def _left_out(count: int) -> str:
         return ""
     drives = "1 drive" if count == 1 else f"{count} drives"
     return (
-        f"{drives} of the truck's memory were answered by another version of oncenter or with another vehicle file, and "
-        "do not count: give their logs again with a new memory file"
+        f"{drives} of the truck's memory were answered by another version of oncenter or with another vehicle file, "
+        "and do not count: give their logs again with a new memory file"
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterator
 from datetime import UTC, datetime
@@ -11,7 +10,6 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from oncenter.errors import OncenterError
 from oncenter.files.file_name import printable
 from oncenter.files.toml_file import read_toml, refusal
 from oncenter.files.toml_text import entry
@@ -19,7 +17,7 @@ from oncenter.files.whole_file import write_whole
 from oncenter.memory.truck import PastDrive, Remembered, TruckMemory
 from oncenter.signals import DEGREE
 from oncenter.truck.events import Event
-from oncenter.truck.row import Row, modes_as_text, modes_in
+from oncenter.truck.row_columns import columns_of, row_in
 from oncenter.utc import iso
 
 SCHEMA, _FORMER = "oncenter/truck-2", "oncenter/truck-1"
@@ -28,7 +26,6 @@ _HEAD = "# Drives of this truck: `oncenter offset --memory` reads and updates th
 
 _Value = Annotated[float, Field(allow_inf_nan=False)]
 _Spread = Annotated[float, Field(allow_inf_nan=False, gt=0)]
-_Seconds = Annotated[float, Field(allow_inf_nan=False, ge=0, le=1e9)]
 _Text = Annotated[str, Field(max_length=1000)]
 
 
@@ -50,79 +47,29 @@ class _Event(_Table):
         return Event(_seconds(self.date), self.kind, None if self.by_deg is None else self.by_deg * DEGREE)
 
 
-class _Drive(_Table):
-    """The keys of a `[[drives]]`, beside those of `_NUMBERS`: by name, the member of a Row and its unit."""
+class _Drive(BaseModel):
+    """Beside these keys a `[[drives]]` has the columns of `oncenter.truck.row_columns`."""
 
+    model_config = ConfigDict(extra="allow", frozen=True)
     fingerprints: Annotated[list[_Text], Field(max_length=1000)]
     logs: Annotated[list[_Text], Field(max_length=1000)] = []
     settings: _Text
     date: datetime
     status: Annotated[str, Field(max_length=100)]
-    measured: bool
-    gradient_deg_m_s2: _Value
-    gradient_sd_deg_m_s2: _Spread
-    wheelbase_share_1: Annotated[_Value, Field(gt=-1)]
-    wheelbase_share_sd_1: _Spread
-    friction_m_s2: Annotated[_Value, Field(ge=0)]
-    creep_deg_s_per_m_s2: Annotated[_Value, Field(ge=0)]
-    bank_m_s2: _Value | None = None
-    bank_variance_m2_s4: _Value | None = None
-    standing_m_s2: _Value | None = None
-    ratio: _Spread
-    side: Annotated[_Value, Field(ge=-1, le=1)]
-    length_s: _Seconds
-    used_s: _Seconds
-    left_s: _Seconds
-    right_s: _Seconds
-    moved_deg: _Value = 0.0
-    moved_sd_deg: Annotated[_Value, Field(ge=0)] = 0.0
-    evidence: Annotated[str, Field(max_length=2000)]
 
     def drive(self) -> PastDrive:
         """
         Raises:
-            ValueError: the text of the evidence is damaged.
+            ValueError: a column is missing or out of range.
         """
-        numbers = {
-            member: math.nan if (value := getattr(self, name)) is None else value * unit
-            for name, member, unit in _NUMBERS
-        }
-        row = Row(
-            modes=modes_in(self.evidence),
-            status=self.status,
-            measured=self.measured,
-            start_s=_seconds(self.date),
-            logs=tuple(self.logs),
-            **numbers,
-        )
+        row = row_in(self.model_extra or {}, status=self.status, start_s=_seconds(self.date), logs=tuple(self.logs))
         return PastDrive(tuple(self.fingerprints), row, self.settings)
-
-
-_NUMBERS = (
-    ("gradient_deg_m_s2", "gradient", DEGREE),
-    ("gradient_sd_deg_m_s2", "gradient_sd", DEGREE),
-    ("wheelbase_share_1", "wheelbase", 1.0),
-    ("wheelbase_share_sd_1", "wheelbase_sd", 1.0),
-    ("friction_m_s2", "friction", 1.0),
-    ("creep_deg_s_per_m_s2", "creep", DEGREE),
-    ("bank_m_s2", "bank", 1.0),
-    ("bank_variance_m2_s4", "bank_variance", 1.0),
-    ("standing_m_s2", "standing", 1.0),
-    ("ratio", "ratio", 1.0),
-    ("side", "side", 1.0),
-    ("length_s", "length_s", 1.0),
-    ("used_s", "used_s", 1.0),
-    ("left_s", "left_s", 1.0),
-    ("right_s", "right_s", 1.0),
-    ("moved_deg", "moved", DEGREE),
-    ("moved_sd_deg", "moved_sd", DEGREE),
-)
 
 
 class _File(_Table):
     schema_: Literal["oncenter/truck-2"] = Field(alias="schema")
     truck: str
-    vin: Annotated[str, Field(max_length=100)] | None = None
+    vin: Annotated[str, Field(max_length=200)] | None = None
     ratio_times_wheelbase: _Product | None = None
     events: list[_Event] = []
     drives: list[_Drive] = []
@@ -170,7 +117,7 @@ def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
             ratio_times_wheelbase=None if product is None else Remembered(product.value_m, product.sd_m),
         )
     except ValueError as error:
-        raise refusal(f"{what}: 'drives.evidence': {error}", _CODE) from None
+        raise refusal(f"{what}: {error}", _CODE) from None
     except OverflowError as error:  # a date outside the calendar
         raise refusal(f"{what} has an impossible date: {error}", _CODE) from None
 
@@ -219,12 +166,9 @@ def _drive_lines(drive: PastDrive) -> Iterator[str]:
     yield entry("logs", [printable(log) for log in row.logs])
     yield entry("settings", printable(drive.settings))
     yield entry("status", printable(row.status))
-    yield entry("measured", row.measured)
-    for name, member, unit in _NUMBERS:
-        value = getattr(row, member) / unit
-        if math.isfinite(value):
-            yield entry(name, _rounded(value))
-    yield entry("evidence", modes_as_text(row.modes))
+    for name, value in columns_of(row).items():
+        if value is not None:
+            yield entry(name, _rounded(value) if isinstance(value, float) else value)
 
 
 def _rounded(value: Any) -> float:

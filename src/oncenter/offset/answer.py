@@ -15,6 +15,7 @@ from oncenter.estimates.estimate import Estimate, number
 from oncenter.estimates.estimates import Estimates
 from oncenter.findings import large_losses
 from oncenter.signals import DEGREE
+from oncenter.truck.fingerprint import fingerprint_of
 from oncenter.utc import iso
 from oncenter.verdict import lines_of, verdicts_of
 from oncenter.verdict.numbers import shown
@@ -191,11 +192,24 @@ class Answer(Estimates):
             "limit_deg": self.vehicle.offset_limit_deg,
             "verdicts": [verdict.to_dict() for verdict in verdicts_of(self)],
             "vin": self.vin,
-            "start_time": None if self.begin_s is None else iso(self.begin_s),
+            "start_time": _date(self.begin_s),
+            "drives": [
+                {
+                    "log": drive.log,
+                    "start_time": _date(drive.begin_s),
+                    "duration_s": drive.duration_s,
+                    "fingerprint": fingerprint_of(drive),
+                }
+                for drive in self.drives
+            ],
         }
 
     def to_json(self, schema: Schema = DEFAULT_SCHEMA) -> str:
         return json.dumps(self.to_dict(schema), ensure_ascii=False, allow_nan=False, indent=2)
+
+
+def _date(time_s: float | None) -> str | None:
+    return None if time_s is None else iso(time_s)
 
 
 def _play(play: Estimate) -> str:

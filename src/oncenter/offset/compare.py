@@ -21,6 +21,7 @@ from oncenter.estimates.by_priors import INSIDE_DRIVE
 from oncenter.files.file_name import printable
 from oncenter.files.regular_file import read_regular_file
 from oncenter.offset.answer import SCHEMAS, Answer
+from oncenter.truck.fingerprint import Print
 from oncenter.truck.zero import Zero
 from oncenter.utc import iso
 from oncenter.vehicle_keys import OFFSET_LIMIT_DEG, OFFSET_LIMIT_MAX_DEG, OFFSET_LIMIT_MIN_DEG
@@ -63,7 +64,7 @@ class Offset:
     whole_deg: tuple[float, float] | None = None
     verdict: Code | None = None
     start_s: float | None = None  # of the drive, since 1970
-    duration_s: float | None = None
+    drives: tuple[Print, ...] = ()  # empty in answers of former versions
     own_by_priors_deg: tuple[tuple[float, float], ...] = ()
     is_combined: bool = False  # a rear axle steers, and only the offset of both sensors together is identified
 
@@ -128,6 +129,12 @@ class Comparison:
             "not_successful": f"{add}, then compare again.",
         }[self.state]
 
+    @property
+    def order_note(self) -> str:
+        """The reason for an order that the start times do not give; empty where they do."""
+        why = _why_not_by_date(self.before, self.after)
+        return f"The user gave the order of the drives: {why}." if why else ""
+
     def _more_driving(self) -> str:
         if self.after.code(self.limit_deg) in AT_FAULT:
             return "Correct the signal or the sensor of the drive after, then compare again."
@@ -144,6 +151,7 @@ class Comparison:
             "state": self.state,
             "headline": self.headline,
             "action": self.action,
+            "order": "given" if self.order_note else "date",
             "limit_deg": self.limit_deg,
             "change": {
                 "value": self.change_deg,
@@ -173,6 +181,8 @@ class Comparison:
                 f"  A pull or an accelerometer bias may add ± {shared} deg to both offsets. It cancels in the change,",
                 "  unless the wheel alignment was adjusted between the two drives.",
             ]
+        if self.order_note:
+            lines += ["", f"  {self.order_note}"]
         return "\n".join(lines)
 
     def _without_offset(self) -> str:
@@ -215,16 +225,9 @@ def compare(before: Answer, after: Answer, *, limit_deg: float | None = None) ->
             where left out.
 
     Raises:
-        OncenterError: exit code 2: "different_trucks" or "usage": other vehicles, VINs or methods; "drive_order":
-            `before` began after `after`.
+        OncenterError: exit code 2: "different_trucks" or "usage": other vehicles, VINs or methods, or one drive;
+            "drive_order": `before` began after `after`.
     """
-    if before.begin_s is not None and after.begin_s is not None and after.begin_s < before.begin_s:
-        raise OncenterError(
-            f"compare(before, after): before ({before.log}) was driven at {iso(before.begin_s)}, after after "
-            f"({after.log}, {iso(after.begin_s)}): exchange them",
-            code=_ORDER,
-            exit_code=WRONG_USAGE,
-        )
     first, second = (offset_of(answer.to_dict(), answer.log) for answer in (before, after))
     return compared(first, second, after.vehicle.offset_limit_deg if limit_deg is None else limit_deg)
 
@@ -303,9 +306,18 @@ def _offset(answer: Mapping[str, Any]) -> Offset:
         ),
         is_combined=offset["value"] is None and "combined_offset" in answer,
         is_fixed=not any(finding["code"] in _NOT_FIXED for finding in answer.get("findings", ())),
-        start_s=None if start is None else datetime.fromisoformat(start).timestamp(),
-        duration_s=duration if isinstance(duration := answer.get("time", {}).get("duration_s"), float) else None,
+        start_s=None if start is None else _seconds(start),
+        drives=tuple(map(_print, answer.get("drives", ()))),
     )
+
+
+def _print(drive: Mapping[str, Any]) -> Print:
+    start_s = math.nan if drive["start_time"] is None else _seconds(drive["start_time"])
+    return Print(_text(drive["fingerprint"]), _number(drive["duration_s"]), start_s)
+
+
+def _seconds(start: str) -> float:
+    return datetime.fromisoformat(start).timestamp()
 
 
 def _number(given: object) -> float:
@@ -346,16 +358,23 @@ def in_order(one: Offset, other: Offset) -> tuple[Offset, Offset]:
     Raises:
         OncenterError: "drive_order", exit code 2: a drive has no start time, or both have the same.
     """
-    if one.start_s is not None and other.start_s is not None and one.start_s != other.start_s:
-        return (one, other) if one.start_s < other.start_s else (other, one)
-    undated = [offset.log for offset in (one, other) if offset.start_s is None]
-    why = f"no start time in {' and '.join(undated)}" if undated else "both drives have the same start time"
+    why = _why_not_by_date(one, other)
+    if not why:
+        return (one, other) if (one.start_s or 0.0) < (other.start_s or 0.0) else (other, one)
     raise OncenterError(
         f"the order of the drives is not certain: {why}; give the drive before the calibration first, with "
         "--in-given-order",
         code=_ORDER,
         exit_code=WRONG_USAGE,
     )
+
+
+def _why_not_by_date(one: Offset, other: Offset) -> str:
+    """Why the start times give no order; empty where they do."""
+    undated = [offset.log for offset in (one, other) if offset.start_s is None]
+    if undated:
+        return f"no start time in {' and '.join(undated)}"
+    return "both drives have the same start time" if one.start_s == other.start_s else ""
 
 
 def _verdict_in(answer: Mapping[str, Any]) -> Code | None:
@@ -368,6 +387,8 @@ def _verdict_in(answer: Mapping[str, Any]) -> Code | None:
 def compared(before: Offset, after: Offset, limit_deg: float) -> Comparison:
     """The comparison of two offsets, as `compare`."""
     _refuse_other_truck(before, after)
+    _refuse_one_drive(before, after)
+    _refuse_reversed(before, after)
     shared, left = _causes(before, after)
     change = half_width = None
     if before.value_deg is not None and after.value_deg is not None:
@@ -378,13 +399,28 @@ def compared(before: Offset, after: Offset, limit_deg: float) -> Comparison:
     )
 
 
-def _refuse_other_truck(before: Offset, after: Offset) -> None:
-    drives = [(offset.start_s, offset.duration_s) for offset in (before, after)]
-    if before.log == after.log or (None not in drives[0] and drives[0] == drives[1]):
-        copy = "" if before.log == after.log else f", of which {after.log} is a copy"
+def _refuse_one_drive(before: Offset, after: Offset) -> None:
+    """Drives are compared by their signals, since two may have one name, one date and one length."""
+    if before == after or any(one.is_in(other) for one in before.drives for other in after.drives):
         raise OncenterError(
-            f"before and after are both of {before.log}{copy}: compare two drives", code="usage", exit_code=WRONG_USAGE
+            f"before ({before.log}) and after ({after.log}) are of one drive, or one is a part of the other: compare "
+            "two drives",
+            code="usage",
+            exit_code=WRONG_USAGE,
         )
+
+
+def _refuse_reversed(before: Offset, after: Offset) -> None:
+    if before.start_s is not None and after.start_s is not None and after.start_s < before.start_s:
+        raise OncenterError(
+            f"before ({before.log}) was driven at {iso(before.start_s)}, later than after ({after.log}, "
+            f"{iso(after.start_s)}): exchange them",
+            code=_ORDER,
+            exit_code=WRONG_USAGE,
+        )
+
+
+def _refuse_other_truck(before: Offset, after: Offset) -> None:
     pairs = (("VIN", before.vin, after.vin), ("vehicle", before.vehicle, after.vehicle))
     for what, one, other in pairs:
         if one is not None and other is not None and one != other:

@@ -49,8 +49,9 @@ def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
     all start at zero and have no date.
 
     Raises:
-        OncenterError: "no_drive", exit code 2: there is none.
+        OncenterError: exit code 2: "no_drive": there is none; "different_trucks": as `refuse_two_trucks`.
     """
+    refuse_two_trucks(drives)
     if not drives:
         raise OncenterError(
             "no drive was given: give at least one from oncenter.read", code="no_drive", exit_code=WRONG_USAGE
@@ -62,6 +63,23 @@ def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
         float(before.columns["time_s"][-1]) < float(after.columns["time_s"][0]) for before, after in pairwise(by_time)
     )
     return tuple(by_time) if apart else drives
+
+
+def refuse_two_trucks(drives: Sequence[Signals]) -> None:
+    """
+    Raises:
+        OncenterError: "different_trucks", exit code 2: two drives have different VINs.
+    """
+    named = [drive for drive in drives if drive.vin is not None]
+    for drive in named:
+        if drive.vin == named[0].vin:
+            continue
+        raise OncenterError(
+            f"the logs are of different trucks: {named[0].log} has VIN {named[0].vin}, {drive.log} has VIN "
+            f"{drive.vin}; give the logs of one truck, or --each for one answer per log",
+            code="different_trucks",
+            exit_code=WRONG_USAGE,
+        )
 
 
 _CONTINUES_S = 60.0  # between two logs of one clock: a logger began a new file

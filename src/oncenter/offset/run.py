@@ -302,7 +302,11 @@ def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[st
     found = coarse_recording_findings(native, result.coarse, method)
     answer = replace(answer, findings=(*result.left_out, *answer.findings, *found))
     if result.together is None:
-        return replace(answer, rows=tuple(run.row(vehicle, params) for run in result.runs)) if method == "joint" else answer
+        return (
+            replace(answer, rows=tuple(run.row(vehicle, params) for run in result.runs))
+            if method == "joint"
+            else answer
+        )
     answer = replace(answer, rows=tuple(drive.row for drive in result.together.every))
     from oncenter.offset.several_logs import with_logs  # late, as above
 

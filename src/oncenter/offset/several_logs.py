@@ -69,11 +69,10 @@ def combined(given: Sequence[Drive], params: Mapping[str, float], events: Sequen
     answered = tuple(drive for drive in drives if drive.native is not None)
     last = answered[-1]
     assert last.native is not None
-    moved = max((event.time_s for event in events if event.kind == "another_truck"), default=-math.inf)
-    drives = [drive for drive in drives if drive is last or not drive.row.start_s < moved]
     if any(is_relative(log) for log in last.logs):
         return Together((last,), last.native, tuple(drives[:-1]), None, None, answered)
-    usable = [k for k, drive in enumerate(drives) if drive.row.is_usable]
+    counted = now.usable((drive.row for drive in drives), events)
+    usable = [k for k, drive in enumerate(drives) if any(drive.row is row for row in counted)]
     if len(usable) < 2:
         together = _by_one(answered, [drive for drive in answered if drive.row.is_usable])
         return replace(together, every=answered)

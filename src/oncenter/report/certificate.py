@@ -50,7 +50,7 @@ def certificate(comparison: Comparison, written: datetime) -> str:
 <h2>Before and after</h2>
 {_drives(comparison)}
 <p>Correction that was entered (deg): {LINE}</p>
-<p>{typeset(_in_words(comparison))}</p>
+<p>{typeset(f"{_in_words(comparison)} {comparison.order_note}")}</p>
 </section>
 <section>
 <p class="quiet">oncenter, {written:%Y-%m-%d %H:%M} UTC</p>

@@ -42,7 +42,7 @@ def parse_event(text: str) -> Event:
     try:
         by_deg = float(size) if has_size else None
     except ValueError:
-        raise _refusal(f"{size!r} in {text!r} is no number of degrees: {_FORM}") from None
+        raise _refusal(f"{size!r} in {text!r} is not a number of degrees: {_FORM}") from None
     return event_of(kind, date, by_deg)
 
 

@@ -129,7 +129,9 @@ def _equations(h: Any, design: Any, prior: Any, second: Any, noise: float) -> tu
 def _remove_noise(normal: Numbers, h: Any, design: Any, second: Any, noise: float) -> None:
     """Of the accelerometer in the gradient's regressor, at most half of what the other terms leave to it."""
     last = len(TERMS) - 1
-    others = normal[:last, :last] + np.diag([1.0 if k in (_AT["UNLOADING"], _AT["WIDTH"]) else 0.0 for k in range(last)])
+    others = normal[:last, :last] + np.diag(
+        [1.0 if k in (_AT["UNLOADING"], _AT["WIDTH"]) else 0.0 for k in range(last)]
+    )
     left = normal[last, last] - normal[last, :last] @ np.linalg.solve(others, normal[:last, last])
     by_samples, by_ticks = (second["noise"][name][0] for name in ("by_samples", "by_ticks"))
     in_regressor = _SMOOTHED_NOISE * min(float(by_samples), float(by_ticks)) * float(design["of_sum"][last]) ** 2
@@ -234,7 +236,7 @@ def merged(modes: Sequence[Mode], most: int) -> Numbers:
             break
         both = [with_prior[a], with_prior[b]]
         mean, covariance = moments(both)
-        information = np.linalg.inv(covariance)
+        information = np.asarray(np.linalg.inv(covariance), np.float64)
         one = Mode(float(np.logaddexp(both[0].log_weight, both[1].log_weight)), information, information @ mean)
         with_prior = [m for k, m in enumerate(with_prior) if k not in (a, b)] + [one]
     total = float(np.logaddexp.reduce([m.log_weight for m in with_prior]))

@@ -7,7 +7,7 @@ Here they become the offset with its interval, the changes with their dates, and
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, cast
 
@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
-from oncenter.truck.events import Event
+from oncenter.truck.events import ANOTHER_TRUCK, Event
 from oncenter.truck.evidence import Numbers
 from oncenter.truck.loads import LOADS_DIFFER, Loads, loads_of
 from oncenter.truck.priors import Priors
@@ -107,6 +107,12 @@ class Truck:
         to both sides, and a narrow interval from the driving."""
         has_evidence = self.has_flanks and self.evidence_s >= params["joint_evidence_min_s"]
         return has_evidence and not self.is_ambiguous and self.is_narrow(params)
+
+
+def usable(rows: Iterable[Row], events: Sequence[Event]) -> list[Row]:
+    """Those that count for the truck: with evidence, and not of another truck before this one."""
+    since = max((event.time_s for event in events if event.kind == ANOTHER_TRUCK), default=-math.inf)
+    return [row for row in rows if row.is_usable and not row.start_s < since]
 
 
 def trucks_now(

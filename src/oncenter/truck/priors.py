@@ -13,8 +13,8 @@ from oncenter.tuned import BETWEEN_DRIVES, PRIORS, TUNED
 
 @dataclass(frozen=True)
 class Priors:
-    """Standard deviations unless their name says otherwise, SI and rad. Those of the core are its params; the others are
-    tuned on seeds 1 to 60 of bench/one_truck.py and bench/trucks.py, which no published figure uses.
+    """Standard deviations unless their name says otherwise, SI and rad. Those of the core are its params; the others
+    are tuned on seeds 1 to 60 of bench/one_truck.py and bench/trucks.py, which no published figure uses.
 
     Attributes:
         pull_m_s2, accelerometer_bias_m_s2: means, as configured.
@@ -34,8 +34,8 @@ class Priors:
         new_offset_sd_rad: of an offset after a change.
         zero_probabilities: of a zero that is fixed, moves (by moves_sd_rad from a day to the next), or differs at each
             start (by relative_sd_rad).
-        wrong_valid, wrong_other: probability that a drive is wrong, by wrong_sds_rad of its offset and its play: of valid
-            drives 1 of 400.
+        wrong_valid, wrong_other: probability that a drive is wrong, by wrong_sds_rad of its offset and its play: 1 of 250
+            valid drives.
     """
 
     pull_sd_m_s2: float
@@ -64,15 +64,15 @@ class Priors:
     pull_day_sd_m_s2: float = BETWEEN_DRIVES["PULL"][1]
     wide_pull: float = TUNED["hypothesis_equations.wide_pull"]
     wide_pull_probability: float = TUNED["setup.pull_tail"]
-    changes_per_day: tuple[float, float, float, float, float] = (0.0, 0.015, 0.002, 0.001, 0.001)
+    changes_per_day: tuple[float, float, float, float, float] = (0.0, 0.012, 0.002, 0.001, 0.004)
     new_offset_sd_rad: float = 6.0 * DEGREE
     zero_probabilities: tuple[float, float, float] = (0.975, 0.015, 0.01)
     moves_sd_rad: float = 0.6 * DEGREE
     relative_sd_rad: float = 8.0 * DEGREE
     stated_sd_rad: float = 0.2 * DEGREE
-    wrong_valid: float = 0.002
+    wrong_valid: float = 0.004
     wrong_other: float = 0.01
-    wrong_sds_rad: tuple[float, float] = (6.0 * DEGREE, 1.0 * DEGREE)
+    wrong_sds_rad: tuple[float, float] = (6.0 * DEGREE, 2.5 * DEGREE)
 
     @property
     def region_sd_m_s2(self) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from oncenter import _core
 from oncenter.signals import DEGREE
-from oncenter.truck.evidence import MODES, Numbers, modes_of
+from oncenter.truck.evidence import Numbers, modes_of
 from oncenter.tuned import TUNED
 from oncenter.vehicle import Vehicle
 
@@ -25,8 +25,8 @@ class Row:
     `modes` are its evidence of offset, play and neutral lateral acceleration. `gradient` is of this drive's load.
     `bank` is the mean of lateral acceleration less r*v while driving, `bank_variance` of a short drive's mean;
     `standing` is the mean lateral acceleration at standstill. `measured`: an accelerometer measures the bank.
-    `side` is 1 where traffic keeps right, -1 left, 0 not configured. `start_s` since 1970; NaN where unknown. `moved` is
-    the change of the offset that the core found within the drive, after which the evidence holds; 0: none.
+    `side` is 1 where traffic keeps right, -1 left, 0 not configured. `start_s` since 1970; NaN where unknown. `moved`
+    is the change of the offset that the core found within the drive, after which the evidence holds; 0: none.
     """
 
     modes: Numbers  # (modes, 10), as evidence.modes_of
@@ -118,20 +118,4 @@ def _variance_beside(state: Any, core: _core.Core, native: _core.OcAnswer, param
     leaks = state["evidence"]["gyro_bias"]["leaking"] != 0
     by_leak = c["ratio_times_wheelbase"] / joint["speed_mean"] * TUNED["joint_verdict.leak_bias"] if leaks else 0.0
     by_rear = c["ratio_times_rear_weight"] * params["known_rear_axle_zero_sd_rad"]
-    return max(by_recording, 0.0) + by_flank**2 + float(by_leak) ** 2 + by_rear**2
-
-
-def modes_as_text(modes: Numbers) -> str:
-    """The evidence as numbers with spaces between, for a file."""
-    return " ".join(f"{number:.12g}" for number in modes.ravel())
-
-
-def modes_in(text: str) -> Numbers:
-    """
-    Raises:
-        ValueError: the text holds no evidence.
-    """
-    modes = np.array(text.split(), np.float64).reshape(-1, 10)
-    if len(modes) > MODES or not np.all(np.isfinite(modes)):
-        raise ValueError(f"evidence has at most {MODES} modes of 10 finite numbers")
-    return modes
+    return float(max(by_recording, 0.0) + by_flank**2 + by_leak**2 + by_rear**2)

@@ -429,14 +429,14 @@ def test_a_truck_whose_interval_holds_the_limit_is_undecided_on_page_tables_word
     verb = ["fleet", "run", str(fleet / "logs" / "depot-7"), "--vehicles", str(fleet / "vehicles"), "--limit", "0.5"]
     assert command([*verb, "--output", str(output)]) == 0
     words = capsys.readouterr().out
-    assert "1 Undecided" in words and "needs another drive with bends both ways" in words
+    assert "1 Undecided" in words and "needs a drive at another load" in words
     assert max(map(len, words.splitlines()[:-1])) <= 100
     [truck] = query("SELECT * FROM trucks", output).to_dicts()
     assert abs(truck["offset_deg"]) - 1.96 * truck["offset_sd_deg"] < 0.5
     assert abs(truck["offset_deg"]) + 1.96 * truck["offset_sd_deg"] > 0.5
-    assert (truck["verdict"], truck["would_decide"]) == ("undecided", "another drive with bends both ways")
+    assert (truck["verdict"], truck["would_decide"]) == ("undecided", "a drive at another load")
     page = (output / "index.html").read_text(encoding="utf-8")
-    assert '<span class="verdict undecided">Undecided</span><small>needs another drive with bends both ways' in page
+    assert '<span class="verdict undecided">Undecided</span><small>needs a drive at another load' in page
     given = json.loads((output / "metrics.json").read_text())
     assert given["verdicts"]["undecided"] == given["states"]["undecided"] == 1 and given["verdicts"]["within"] == 0
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,9 +21,7 @@ from oncenter.truck.priors import priors_of
 
 def readings(values: np.ndarray, sd: float | np.ndarray = 0.5) -> Readings:
     count = len(values)
-    return Readings(
-        MONDAY_S + DAY_S * np.arange(count), values, np.broadcast_to(np.asarray(sd, float), (count,)).copy()
-    )
+    return Readings(MONDAY_S + DAY_S * np.arange(count), values, np.full(count, sd, np.float64))
 
 
 # -- a night
@@ -151,14 +150,14 @@ def test_a_change_beyond_the_limit_makes_a_truck_one_to_watch_where_its_offset_i
     assert (row["verdict"], row["watch"]) == ("within", True)
 
 
-def rows_of(codes: str) -> list[dict[str, object]]:
+def rows_of(codes: str) -> list[dict[str, Any]]:
     """Two drives without an offset, the newer one with these findings."""
     return [{"start": MONDAY_S + DAY_S * day, "findings": found} for day, found in ((0, ""), (1, codes))]
 
 
 def test_a_fault_at_the_end_of_the_newest_drive_decides_about_its_truck() -> None:
     fault = "yaw_rate_bias steering_wheel_angle_sensor_at_fault"
-    trucks = {
+    trucks: dict[str, list[dict[str, Any]]] = {
         "repair": [*rows_of(fault), {"start": MONDAY_S + 2 * DAY_S, "findings": fault, "verdict": "repair"}],
         "check_signal": [*rows_of(""), {"start": MONDAY_S + 2 * DAY_S, "findings": "scale", "verdict": "check_signal"}],
         "signal_or_sensor": rows_of(fault),  # of a former version, without the drive's verdict

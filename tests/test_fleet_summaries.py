@@ -44,7 +44,7 @@ def of_drive(row: Row, params: dict[str, float] = NOTHING_KNOWN, **more: Any) ->
 
 def test_a_row_of_evidence_comes_back_from_its_columns() -> None:
     columns = columns_of(ROW, NOTHING_KNOWN)
-    assert list(columns) == list(COLUMNS)
+    assert [name for name in columns if name.startswith("summary_")] == list(COLUMNS)
     assert columns["summary_standing_m_s2"] is None and columns["summary_ratio"] == 19.3
     assert columns["summary_moved_deg"] == pytest.approx(0.01 / DEGREE)
     back = row_of_drive(of_drive(ROW))

@@ -144,7 +144,7 @@ def test_a_drive_of_two_modes_is_a_mixture_with_weights_by_bayes_rule() -> None:
     weights = np.exp(found["history"]["log_weight"][: found["count"]])
     expected = 1.0 / (1.0 + np.exp(min(likelihoods) - max(likelihoods)))
     assert weights.max() == pytest.approx(expected, rel=1e-6)
-    assert found["log_likelihood"] == pytest.approx(np.logaddexp(*likelihoods), abs=1e-6)
+    assert found["log_likelihood"] == pytest.approx(np.logaddexp(likelihoods[0], likelihoods[1]), abs=1e-6)
 
 
 def test_a_wrong_drive_of_little_probability_widens_nothing() -> None:

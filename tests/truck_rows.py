@@ -16,8 +16,8 @@ MONDAY_S, DAY_S = 1_772_434_800.0, 86400.0  # 2026-03-02, 7:00 UTC
 
 def one_mode(mean: Numbers, covariance: Numbers) -> Numbers:
     """The evidence of a drive that measures offset, play and neutral lateral acceleration."""
-    information = np.linalg.inv(covariance)
-    return merged([Mode(0.0, information, information @ mean)], MODES)
+    information: Numbers = np.linalg.inv(covariance)
+    return merged([Mode(0.0, information, np.asarray(information @ mean, np.float64))], MODES)
 
 
 def drive_row(

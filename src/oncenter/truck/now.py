@@ -258,10 +258,11 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     row = np.zeros(7)
     row[[BIAS, PULL]] = 1.0
     neutral, neutral_variance = _mixed(weights, means @ row, np.einsum("i,nij,j->n", row, covariances, row))
-    best = histories[int(np.argmax(weights))]
     offsets, offset_sds = _of_drives(table, (play, play_variance), (neutral, neutral_variance))
     zero = _zero(weights, histories, len(rows))
-    changes = tuple(_changes(weights, histories, best, priors))
+    of_zero = np.where(histories["zero"] == _core.TRUCK_ZEROS.index(zero), weights, 0.0)  # only they name changes
+    of_zero = of_zero / of_zero.sum() if of_zero.any() else weights
+    changes = tuple(_changes(of_zero, histories, histories[int(np.argmax(of_zero))], priors))
     since, play_since = (_since(weights, histories[name]) for name in ("offset_since", "play_since"))
     flank_s = TUNED["joint_answer.flank_s"]
     recent = rows[play_since:]

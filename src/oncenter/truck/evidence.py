@@ -30,6 +30,9 @@ _WALK_PROVED = 5  # core/joint/hypothesis.h: OC_WALK_PROVED
 _SMOOTHED_NOISE = 0.71  # core/joint/hypothesis_equations.c: smoothed_noise
 _ALIKE = 0.02  # weight times squared distance over variance, below which two modes become one
 _COST_MAX = 18.0  # above the best hypothesis's: others are left out
+# s: load until a flank counts. A drive alone needs 2 s (core/joint/joint_answer.c); a few seconds of several drives err
+# alike: of six drives on one flank 5 of 10 intervals held with 2 s, 9 with 6 s, and no more with 20 s.
+_FLANK_S = 6.0
 _RIDGE_RAD = 60.0 * DEGREE  # an unloaded flank says nothing of the play's width
 # sd of a broad prior of theta: rad, rad, m/s^2. A mode's weight is its probability under this prior.
 _ANYWHERE = np.array([30.0 * DEGREE, math.hypot(PRIORS["WIDTH"][1], PRIORS["WINDUP"][1]), 0.35])
@@ -85,7 +88,7 @@ def _mode(h: Any, joint: Any, c: Any, prior: Any) -> tuple[float, Numbers, Numbe
     equations = linear.T @ equations @ linear
     share = np.linalg.solve(equations[3:, 3:], equations[3:, :3]).T
     information, vector = equations[:3, :3] - share @ equations[3:, :3], right[:3] - share @ right[3:]
-    cost, spread = _flanks(h, joint, noise)
+    cost, spread = _flanks(h, joint, noise, float(design["steering_ratio"]))
     spread += np.diag(
         [
             TUNED["joint_answer.offset_error"] ** 2 + (TUNED["joint_answer.walk_step"] if h["walks"] else 0.0) ** 2,
@@ -167,14 +170,15 @@ def _lack(share: float) -> float:
     return max(1.0 - share, 0.0)
 
 
-def _flanks(h: Any, joint: Any, noise: float) -> tuple[float, Numbers]:
+def _flanks(h: Any, joint: Any, noise: float, ratio: float) -> tuple[float, Numbers]:
     """Cost of a hypothesis, and the covariance of theta for a flank that was not loaded (core/joint/joint_answer.c).
 
     While a flank is missing, the costs of two widths do not count: play and offset are a ridge, along which prediction
-    errors are artefacts of the model, and five such drives would multiply them.
+    errors are artefacts of the model, and five such drives would multiply them. Nor does one flank show the neutral
+    acceleration, by which the offset is off the constant of the equation.
     """
     left_s, right_s = joint["loaded_left_s"], joint["loaded_right_s"]
-    rate = math.sqrt(float(h["variance"]) / noise) / TUNED["joint_answer.flank_s"]
+    rate = math.sqrt(float(h["variance"]) / noise) / _FLANK_S
     loaded = rate * min(left_s - h["left_before"], right_s - h["right_before"])
     of_drive, missing = _lack(rate * min(left_s, right_s)), _lack(loaded)
     little = _lack(2.0 * float(h["play"]["half_width"]) / TUNED["joint_model.little_play"])
@@ -184,8 +188,10 @@ def _flanks(h: Any, joint: Any, noise: float) -> tuple[float, Numbers]:
     )
     variance = share * PRIORS["WIDTH"][1] ** 2 + (missing * _RIDGE_RAD) ** 2
     along = np.array([-0.5 if left_s > right_s else 0.5, 1.0, 0.0])
+    by_neutral = np.array([ratio * max(float(h["gradient"]), 0.0), 0.0, 1.0])
+    unknown = (missing * _ANYWHERE[NEUTRAL]) ** 2 * np.outer(by_neutral, by_neutral)
     cost = float(h["cost"]) * (1.0 - of_drive) + TUNED["joint_answer.missing_flank_cost"] * (missing - of_drive)
-    return cost, variance * np.outer(along, along)
+    return cost, variance * np.outer(along, along) + unknown
 
 
 def _without_neutral(information: Numbers, vector: Numbers, mean: float, sd: float) -> tuple[Numbers, Numbers]:

@@ -33,6 +33,7 @@ _PROBABLE = 0.5  # a change that is reported
 _SURE = 0.9  # a zero that is not fixed
 _ZERO_DRIVES_MIN = 4
 _WIDE_PULL = 2  # variant of the filter's trucks, see `priors_of_filter`
+_TINY = 1e-12  # against a division by zero
 _AMBIGUOUS = 2.0  # widths of the narrowest history
 _PULL_IDENTIFIED = (0.5, 0.8)  # share of the pull's prior variance: below none of the pull is subtracted, above all
 
@@ -238,9 +239,9 @@ def priors_of_filter(priors: Priors, first: Row) -> npt.NDArray[np.void]:
 
 def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors: Priors, loads: Loads) -> Truck:
     histories = found["history"][: found["count"]]
-    weights = np.exp(histories["log_weight"])
-    weights /= weights.sum()
-    means, covariances = histories["mean"], histories["covariance"].reshape(-1, 7, 7)
+    weights, means, covariances = _not_negative(
+        np.exp(histories["log_weight"]), histories["mean"], histories["covariance"].reshape(-1, 7, 7)
+    )
     pull, pull_variance = _mixed(weights, means[:, PULL], covariances[:, PULL, PULL])
     low, high = _PULL_IDENTIFIED
     at_first = priors.pull_sd_m_s2**2 * np.where(histories["variant"] == _WIDE_PULL, priors.wide_pull**2, 1.0)
@@ -291,6 +292,20 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
         offset_sds=offset_sds,
         log_likelihood=float(found["log_likelihood"]),
     )
+
+
+def _not_negative(weights: Numbers, means: Numbers, covariances: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+    """Weights, means and covariances of the histories where no play is negative: the moments of a normal density that is
+    cut at zero, and what follows for the other states."""
+    sd = np.sqrt(covariances[:, PLAY, PLAY])
+    at_zero = np.maximum(-means[:, PLAY] / sd, -8.0)
+    above = np.array([0.5 * math.erfc(x / math.sqrt(2.0)) for x in at_zero])
+    above = np.maximum(above, _TINY)
+    excess = np.exp(-0.5 * at_zero**2) / (math.sqrt(2.0 * math.pi) * above)
+    share = np.clip(excess * (excess - at_zero), 0.0, 1.0)  # of the play's variance that goes
+    per_play = covariances[:, :, PLAY] / sd[:, None]
+    less = share[:, None, None] * per_play[:, :, None] * per_play[:, None, :]
+    return weights * above / float(weights @ above), means + excess[:, None] * per_play, covariances - less
 
 
 def _given_pull(means: Numbers, covariances: Numbers, prior_mean: float, identified: float) -> tuple[Numbers, Numbers]:

@@ -169,6 +169,21 @@ def test_a_fingerprint_is_that_of_a_copy_a_part_and_another_format_but_of_no_oth
     assert not are_same(remounted, prints[0])
 
 
+def test_two_drives_on_circles_are_no_copies() -> None:
+    """They have no turns, and each sample equals the others."""
+    left, right = (
+        Signals(
+            pl.DataFrame({"time_s": np.arange(6000) / 100.0, "yaw_rate_rad_s": np.full(6000, rate), ANGLE: rate}),
+            {},
+            100.0,
+            "circle",
+        )
+        for rate in (0.1, -0.2)
+    )
+    assert are_same(fingerprint_of(left), fingerprint_of(left))
+    assert not are_same(fingerprint_of(left), fingerprint_of(right))
+
+
 def test_the_same_samples_on_two_days_are_two_drives() -> None:
     days = [Print("abcdef" * 3, 600.0, 1.8e9 + day * 86400.0) for day in range(3)]
     assert copies(days) == {}

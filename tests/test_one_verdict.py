@@ -145,7 +145,9 @@ def test_one_drive_has_the_same_code_and_word_by_every_door(base: Answer, code: 
     assert (given["state"], given["word"]) == (code, word)
     header = verdict_header(verdicts_of(answer), "a truck")
     assert header.startswith(f'<header class="verdict {code}">') and f"</i> {word}</span>" in header
-    comparison = compare(replace(answer, log="before.log"), replace(answer, log="after.log"))
+    another = answer.drives[0].table.with_columns(pl.col("steering_wheel_angle_rad") * 2.0)
+    after = replace(answer, log="after.log", drives=(replace(answer.drives[0], table=another),))
+    comparison = compare(replace(answer, log="before.log"), after)
     assert [offset["verdict"] for name, offset in comparison.to_dict().items() if name in ("before", "after")] == [
         code
     ] * 2

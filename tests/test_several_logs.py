@@ -8,12 +8,16 @@ from typing import Any
 
 import polars as pl
 import pytest
+from test_findings import example_on_page
 
 import oncenter as oc
+from oncenter.offset.several_logs import drives_differ, play_changed
 from oncenter.signals import DEGREE, Signals
+from oncenter.truck.events import Event
+from oncenter.truck.now import Change
 from oncenter.vehicle import Vehicle, vehicle_from
 
-DAY_S = 86400.0
+DAY_S, MONDAY_S = 86400.0, 1_772_434_800.0
 TRUTH_DEG = 2.04  # of the scenario thesis_drive
 
 
@@ -135,6 +139,32 @@ def test_a_log_without_evidence_is_no_step() -> None:
     drives = [*days(8)]
     drives[3] = replace(drives[3], table=drives[3].table.head(6_000))
     assert oc.offset(drives, vehicle()).changes == ()
+
+
+def test_a_last_log_that_alone_differs_is_not_valid_and_asks_for_one_more_drive() -> None:
+    """Until a person states the calibration, or the next drive shows it."""
+    dated = [replace(drive, table=drive.table.with_columns(pl.col("time_s") + MONDAY_S)) for drive in days(5)]
+    logs, event = moved(tuple(dated[:4]), 3, -2.0), Event(MONDAY_S + 2.5 * DAY_S, "calibrated", -2.0 * DEGREE)
+    answer = oc.offset(logs, vehicle())
+    assert answer.offset.status == "converging"
+    assert "drives_differ" in {finding.code for finding in answer.findings}
+    stated = oc.offset(logs, vehicle(), events=[event])
+    decided = oc.offset(moved(tuple(dated), 3, -2.0), vehicle())
+    for other in (stated, decided):
+        assert other.offset.status == "valid" and other.offset.value is not None
+        assert other.offset.value / DEGREE == pytest.approx(TRUTH_DEG - 2.0, abs=0.4)
+        assert "drives_differ" not in {finding.code for finding in other.findings}
+
+
+def test_an_event_beside_a_log_without_a_date_is_refused_in_one_line() -> None:
+    with pytest.raises(oc.OncenterError, match=r"day0.parquet has no date.*calibrated@"):
+        oc.offset(list(days(2)), vehicle(), events=[Event(MONDAY_S, "calibrated")])
+
+
+def test_the_page_of_findings_quotes_what_several_logs_say() -> None:
+    of_play = Change(1, "play", 10.0 * DEGREE, 3.0 * DEGREE, -7.0 * DEGREE, 0.3 * DEGREE, 1.0)
+    assert example_on_page("drives_differ") == drives_differ([3.5 * DEGREE, 0.1 * DEGREE]).text
+    assert example_on_page("play_changed") == play_changed(of_play, ["monday.asc"], ["tuesday.asc"]).text
 
 
 def test_a_wrong_log_before_the_last_one_is_no_new_offset() -> None:

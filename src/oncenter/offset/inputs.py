@@ -12,6 +12,7 @@ from oncenter.findings import Finding
 from oncenter.offset.rear_axle import WEIGHT
 from oncenter.plausibility.axles import without_unfit_axles
 from oncenter.signals import SIGNALS, Signals
+from oncenter.truck.events import Event
 from oncenter.truck.fingerprint import Print, copies, fingerprint_of
 from oncenter.vehicle import Vehicle, core_params
 
@@ -88,6 +89,21 @@ _CONTINUES_S = 60.0  # between two logs of one clock: a logger began a new file
 def continues(before: Signals, log: Signals) -> bool:
     """Whether the log belongs to the same drive as the one before."""
     return 0.0 < float(log.columns["time_s"][0]) - float(before.columns["time_s"][-1]) < _CONTINUES_S
+
+
+def check_dates(drives: Sequence[Signals], events: Sequence[Event]) -> None:
+    """
+    Raises:
+        OncenterError: "usage", exit code 2: an event cannot be before or after a log without a date.
+    """
+    undated = next((drive for drive in drives if drive.begin_s is None), None)
+    if events and undated is not None:
+        raise OncenterError(
+            f"{undated.log} has no date, so it is unknown whether it is before or after {events[0]}: give logs with "
+            "dates, or only those after the event",
+            code="usage",
+            exit_code=WRONG_USAGE,
+        )
 
 
 def without_copies(logs: tuple[Signals, ...]) -> tuple[tuple[Signals, ...], tuple[str, ...]]:

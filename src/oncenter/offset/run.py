@@ -31,6 +31,7 @@ from oncenter.offset.coarse_recording import (
     yaw_rate_step_of,
 )
 from oncenter.offset.inputs import (
+    check_dates,
     check_without,
     continues,
     drives_in,
@@ -97,7 +98,7 @@ def offset(
 
     Raises:
         OncenterError: "missing_signal", "no_usable_second" (exit 1); "method", "params", "rates_differ",
-            "track_width", "not_signals", "not_a_vehicle", "vehicle_file" (exit 2).
+            "track_width", "usage", "not_signals", "not_a_vehicle", "vehicle_file" (exit 2).
     """
     if method not in METHODS:
         raise OncenterError(
@@ -114,6 +115,7 @@ def offset(
     drives, unfit = without_unfit_wheels(recorded, vehicle)
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
+    check_dates(recorded, events)
     past = _Past(tuple(before), tuple(events))
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, past, progress)
     answer = with_fitting_bends(with_offsets_of_both_axles(answer), recorded)

@@ -234,6 +234,12 @@ def with_logs(answer: Answer, together: Together) -> Answer:
         before = [log for drive in together.before for log in drive.row.logs]
         changed = (_offset_changed if change.kind == "offset" else _moved)(change, before)
         answer = replace(answer, changes=(change, *answer.changes), findings=(changed, *answer.findings))
+    of_play = next((change for change in reversed(truck.changes) if change.kind == "play"), None)
+    if of_play is not None:
+        last, first = (together.rows[at].logs for at in (of_play.at - 1, of_play.at))
+        answer = replace(answer, findings=(play_changed(of_play, last, first), *answer.findings))
+    if truck.is_ambiguous and answer.zero == "fixed":
+        answer = replace(answer, findings=(drives_differ(truck.offsets.tolist()), *answer.findings))
     findings = [each for each in answer.findings if each.code != "interval"]
     findings.append(_interval(truck))
     if truck.load_would_help and answer.zero == "fixed":
@@ -287,6 +293,27 @@ def _between(found: Kind, change: Change, before: Sequence[str]) -> Finding:
         " nobody worked on the truck, check the sensor and its mounting. For the offset before, run oncenter offset"
         f" with {names} only",
         size,
+    )
+
+
+@finding("drives_differ", "warning")
+def drives_differ(found: Kind, offsets: Sequence[float]) -> Finding:
+    """Several offsets are likely, such as when the last drive alone has another one."""
+    return found(
+        f"the offset is not the same in all drives: {listed(offsets)}. The sensor may have moved or been calibrated, "
+        "or one drive may be wrong, so no number is sure. Drive once more: the next drive decides. If the truck was "
+        "calibrated or repaired, say so with --event"
+    )
+
+
+@finding("play_changed", "warning", "deg")
+def play_changed(found: Kind, change: now.Change, before: Sequence[str], after: Sequence[str]) -> Finding:
+    """The free play changed between two drives."""
+    return found(
+        f"between {', '.join(before)} and {', '.join(after)} the free play changed from {number(change.before, 1)} to"
+        f" {number(change.after, 1)} deg. The reported play is that of the drives since then; the offset is not"
+        " affected. If nobody repaired the steering, check it; if it was repaired, say so with --event repaired@DATE",
+        change.size / DEGREE,
     )
 
 

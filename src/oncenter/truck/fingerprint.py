@@ -44,6 +44,7 @@ def fingerprint_of(drive: Signals) -> str:
     hashes = np.unique(_mixed(_sequences(times, angles)))[:_HASHES]
     if len(hashes) < _HASHES_MIN:
         samples = _rounded(np.concatenate((yaw_rate, angle)), _ROUNDED_RAD)
+        samples = samples + np.arange(len(samples), dtype=np.uint64) * np.uint64(_PRIMES[1])  # equal ones do not cancel
         hashes = np.array([np.bitwise_xor.reduce(_mixed(samples), initial=0)], np.uint64)
     return "".join(f"{int(each) % 16**_DIGITS:0{_DIGITS}x}" for each in _mixed(hashes))
 

@@ -225,7 +225,7 @@ bench: .venv/dev ## speed of the core, and of logs side by side with python-can
 	$(BIN)/python bench/speed.py --readme
 	$(BIN)/python bench/speed_page.py --page
 
-accuracy: .venv/dev ## errors and intervals of all methods and rivals: docs/accuracy.md, angle.md, fleet.md, method.md, many_drives.md
+accuracy: .venv/dev ## errors and intervals of all methods and rivals: docs/accuracy.md, angle.md, method.md, truck_over_time_figures.md, fleet_figures.md
 	$(BIN)/python bench/accuracy.py --page --jobs 2
 	$(BIN)/python bench/effects.py --page --jobs 2
 	$(BIN)/python bench/two_parts.py --page --jobs 2
@@ -239,7 +239,7 @@ accuracy: .venv/dev ## errors and intervals of all methods and rivals: docs/accu
 	rm -rf build/fleet_priors
 	$(BIN)/python bench/fleet_priors.py build/fleet_priors --page --jobs 2
 
-load: .venv/dev ## a night of a fleet and ten minutes of a live bus: docs/fleet.md, docs/live.md
+load: .venv/dev ## a night of a fleet and ten minutes of a live bus: docs/fleet_figures.md, docs/live.md
 	rm -rf build/fleet
 	$(BIN)/python bench/fleet.py build/fleet --page
 	$(BIN)/python bench/live.py --page --seconds 600

@@ -46,7 +46,7 @@ Columns = Mapping[str, Callable[[np.ndarray[Any, Any]], np.ndarray[Any, Any]]]
 LEFT = ("front_left", "rear_left")
 WHEELS = {"left side": LEFT, "one wheel": ("rear_left",), "front axle": ("front_left", "front_right")}
 LARGER_PERCENT, LAST_MIN, TYRE_SEEDS = (0.1, 0.3, 1.0), (5.0, 12.0, 30.0), 4
-PAGE = Path(__file__).parents[1] / "docs" / "many_drives.md"
+PAGE = Path(__file__).parents[1] / "docs" / "truck_over_time_figures.md"
 BEGIN, END = (
     "<!-- drives that differ: written by bench/drives_that_differ.py --page -->",
     "<!-- drives that differ: end -->",
@@ -421,7 +421,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
     parser.add_argument("--smoke", action="store_true", help="one truck, without the tyres: whether the bench runs")
-    parser.add_argument("--page", action="store_true", help="write the section of docs/many_drives.md")
+    parser.add_argument("--page", action="store_true", help="write the section of docs/truck_over_time_figures.md")
     given = parser.parse_args()
     if given.page and (given.tuning or given.smoke or given.parts):
         parser.error("--page reports all parts on the seeds for it")

@@ -4,8 +4,8 @@
 
 If FOLDER has no fleet, one is made (fleet_drives.py, 4.5 GB, six minutes on two cores): 2,000 drives of 100 trucks,
 half of them without any change, with seed 11, which was not used for tuning (101, 1, 2, 21 and 22 were). Outputs stay
-in FOLDER/out. `--page` writes the results into docs/fleet.md; parts that were not measured keep their text. `--smoke`
-only checks that the bench runs: a few drives, one round.
+in FOLDER/out. `--page` writes the results into docs/fleet_figures.md; parts that were not measured keep their text.
+`--smoke` only checks that the bench runs: a few drives, one round.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from oncenter.truck.priors import priors_of
 SEED, DRIVES_A_MONTH = 11, 20
 FOUND_WITHIN = 3  # drives
 LEAST_DEG = 2.0
-PAGE = Path(__file__).parents[1] / "docs" / "fleet.md"
+PAGE = Path(__file__).parents[1] / "docs" / "fleet_figures.md"
 MARK = "<!-- below: written by bench/fleet.py --page -->\n"
 
 

@@ -37,7 +37,7 @@ FRESH_AFTER = 5000
 OF_ONE_LOAD = 10  # trucks
 TYPE = "rigid"  # the name of their vehicle file
 TABLES = ("drives", "trucks", "changes")
-PAGE = Path(__file__).parents[1] / "docs" / "fleet.md"
+PAGE = Path(__file__).parents[1] / "docs" / "fleet_figures.md"
 BEGIN = "<!-- priors: written by bench/fleet_priors.py --page -->"
 END = "<!-- priors: end -->"
 Record = dict[str, Any]
@@ -125,7 +125,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
     parser.add_argument("--smoke", action="store_true", help="a fleet of ten trucks: whether the bench runs")
-    parser.add_argument("--page", action="store_true", help="write the table of docs/fleet.md")
+    parser.add_argument("--page", action="store_true", help="write the table of docs/fleet_figures.md")
     given = parser.parse_args()
     if given.page and (given.tuning or given.smoke):
         parser.error("--page reports on the seeds for it")

@@ -35,7 +35,7 @@ from oncenter.truck.row import Row
 
 REPORTED_FROM, TUNING_FROM = 1001, 1
 MONTHS_FROM = 1301  # those from 1001 to 1300 were looked at while the threshold of a step was chosen
-PAGE = Path(__file__).parents[1] / "docs" / "many_drives.md"
+PAGE = Path(__file__).parents[1] / "docs" / "truck_over_time_figures.md"
 MARK = "<!-- below: written by bench/trucks.py --page -->\n"
 FOUND_WITHIN = 3  # drives
 TWELVE = {
@@ -341,7 +341,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=2, help="processes (2)")
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
     parser.add_argument("--smoke", action="store_true", help="one truck of each kind: whether the bench runs")
-    parser.add_argument("--page", action="store_true", help="write docs/many_drives.md")
+    parser.add_argument("--page", action="store_true", help="write docs/truck_over_time_figures.md")
     given = parser.parse_args()
     if given.page and (given.tuning or given.smoke):
         parser.error("--page reports on the seeds for it")

@@ -1,4 +1,4 @@
-"""Makes the two pictures of docs/many_drives.md from simulated drives, and the numbers beside them.
+"""Makes the two pictures of docs/truck_over_time.md from simulated drives, and the numbers beside them.
 
 Run as .venv/bin/python docs/make_many_drives.py: docs/one_drive.png and docs/many_drives.png, in some ten seconds.
 """
@@ -23,7 +23,7 @@ from oncenter.truck.priors import Priors, priors_of
 from oncenter.truck.row import Row
 
 DOCS = Path(__file__).parent
-PAGE = DOCS / "many_drives.md"
+PAGE = DOCS / "truck_over_time.md"
 LEFT, RIGHT, OFFSET, TRUTH, INK, GRID = "#1a5fb4", "#e66100", "#16191d", "#26a269", "#16191d", "#dfe2e6"
 STYLE: dict[Any, Any] = {
     "axes.axisbelow": True,
@@ -120,7 +120,7 @@ def driven(
     scenario, vehicle = folder / "drive.toml", folder / "truck.toml"
     vehicle.write_text(TRUCK, encoding="utf-8")
     scenario.write_text(
-        f'base = "{base}"\nabout = "docs/many_drives.md"\n'
+        f'base = "{base}"\nabout = "docs/truck_over_time.md"\n'
         f"[drive]\nduration_s = 1200.0\nstanding_at_start_s = {10.0 if stands else 0.0}\nstanding_at_end_s = 0.0\n"
         f"{of_load}"
         f"[steering]\nsteering_ratio = {RATIO}\nbacklash_deg = {PLAY_DEG}\ncompliance_deg_kn_m = {compliance}\n"
@@ -248,11 +248,10 @@ def _cloud(axes: Axes, truck: Driven, title: str) -> None:
 
 
 def draw_many_drives(drives: list[Driven], truck: Truck, i_k: list[float], file: Path) -> None:
-    """Reading over i K with the truck's line; beside it the eight intervals and the truck's."""
+    """Reading over i K with the truck's line; beside it the eight answers and the one on all drives."""
     figure = Figure(figsize=(WIDTH_IN, 5.0), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=(1.35, 1.0))
-    offset, half_width = offset_of(truck)
-    offset_sd, pull = half_width / 1.96, truck.pull
+    (offset, half_width), pull = offset_of(truck), truck.pull
     target = float(np.mean([drive.target for drive in drives]))
     line = np.array([0.0, 1.08 * max(i_k)])
     left.plot(line, target + PULL_M_S2 * line, color=TRUTH, linestyle="--", linewidth=1.5)
@@ -260,20 +259,20 @@ def draw_many_drives(drives: list[Driven], truck: Truck, i_k: list[float], file:
     for x, drive in zip(i_k, drives, strict=True):
         left.plot([x, x], drive.ci95_drive, color=INK, linewidth=1.5)
         left.plot(x, drive.value, "o", color=INK, markersize=6)
-    _interval(left, 0.0, offset, offset_sd)
+    left.plot([0.0, 0.0], [offset - half_width, offset + half_width], color=LEFT, linewidth=3.5)
+    left.plot(0.0, offset, "o", color=LEFT, markersize=9)
     left.plot(0.0, target, "D", color=TRUTH, markersize=8, markeredgecolor="white", zorder=5)
     left.set_xlim(-0.7, line[1])
     left.set_xlabel("i K (deg per m/s²)")
-    left.text(0.35 * line[1], offset + 0.3 * pull * line[1] - 0.32, "slope: pull", color=LEFT)
-    left.text(0.3, offset - 1.96 * offset_sd - 0.22, "offset at i K = 0", color=LEFT)
+    left.text(0.06 * line[1], offset + 0.25 * pull * line[1] + 0.14, "slope: pull", color=LEFT)
+    left.text(0.3, offset - half_width - 0.22, "offset at i K = 0", color=LEFT)
     left.set_ylabel("deg")
     left.set_title("reading at $a_0$")
     left.grid()
     for k, drive in enumerate(drives):
-        right.plot([k + 1, k + 1], drive.ci95, color=INK, linewidth=1.5)
-        right.plot([k + 1, k + 1], drive.ci95_drive, color=INK, linewidth=7, alpha=0.45, solid_capstyle="butt")
-        right.plot(k + 1, drive.value, "o", color=INK, markersize=6)
-    _interval(right, len(drives) + 1.5, offset, offset_sd)
+        _answer(right, k + 1, drive.value, drive.ci95_drive, drive.ci95, INK)
+    own, whole = ((low / DEGREE, high / DEGREE) for low, high in (truck.own, truck.whole))
+    _answer(right, len(drives) + 1.5, truck.offset / DEGREE, own, whole, LEFT)
     right.axhline(target, color=TRUTH, linestyle="--", linewidth=1.5)
     right.set_xticks([*range(1, len(drives) + 1, 2), len(drives) + 1.5], ["1", "3", "5", "7", "all"])
     right.set_xlim(0.3, len(drives) + 2.3)
@@ -284,7 +283,7 @@ def draw_many_drives(drives: list[Driven], truck: Truck, i_k: list[float], file:
 
 
 def offset_of(truck: Truck) -> tuple[float, float]:
-    """The middle and half the width of the whole interval, deg: less the pull that the drives show."""
+    """The middle and half the width of the whole interval, deg: of the offset without the effect of a pull."""
     low, high = truck.whole
     return 0.5 * (low + high) / DEGREE, 0.5 * (high - low) / DEGREE
 
@@ -296,9 +295,13 @@ def moved_by_pull(rows: list[Row], priors: Priors) -> list[float]:
     return [float(x) for x in RATIO * gradients / DEGREE]
 
 
-def _interval(axes: Axes, x: float, offset: float, sd: float) -> None:
-    axes.plot([x, x], [offset - 1.96 * sd, offset + 1.96 * sd], color=LEFT, linewidth=3.5)
-    axes.plot(x, offset, "o", color=LEFT, markersize=9)
+def _answer(
+    axes: Axes, x: float, value: float, own: tuple[float, float], whole: tuple[float, float], colour: str
+) -> None:
+    """A value with `ci95_drive`, thick, and `ci95`, thin."""
+    axes.plot([x, x], whole, color=colour, linewidth=1.5)
+    axes.plot([x, x], own, color=colour, linewidth=7, alpha=0.45, solid_capstyle="butt")
+    axes.plot(x, value, "o", color=colour, markersize=6)
 
 
 def table(trucks: tuple[Driven, Driven]) -> str:
@@ -323,9 +326,10 @@ def sentence(drives: list[Driven], truck: Truck) -> str:
         f"The pull is {PULL_M_S2:g} m/s^2, the model finds {truck.pull:.2f} ± {1.96 * truck.pull_sd:.2f};"
         f" the bias is {BIAS_M_S2:g}, it finds {truck.accelerometer_bias:.2f} ±"
         f" {1.96 * truck.accelerometer_bias_sd:.2f}.\n"
-        f"The single drives are {min(errors):.1f} to {max(errors):.1f} deg off, at half-widths of {min(halves):.1f} to"
-        f" {max(halves):.1f} deg. Less the pull, the truck's offset is {offset:.2f} ± {half:.2f} deg; the truth is"
-        f" {target:.2f} deg."
+        f"The single drives have errors of {min(errors):.1f} to {max(errors):.1f} deg, at half-widths of"
+        f" {min(halves):.1f} to {max(halves):.1f} deg.\n"
+        f"Together they give {truck.offset / DEGREE:.2f} deg, and {offset:.2f} ± {half:.2f} deg without a pull; the"
+        f" truth is {target:.2f} deg."
     )
 
 

@@ -2,8 +2,8 @@
 
 The params are in core/truck/params.{h,c} and docs/params.md; the tuned constants in the C file that uses them, in
 src/oncenter/tuned.py and in docs/tuned.md; the terms of the joint model in core/joint, in docs/method.md and in
-src/oncenter/tuned.py; what changes between two drives in core/truck/between_drives.{h,c}, in docs/many_drives.md and in
-src/oncenter/tuned.py.
+src/oncenter/tuned.py; what changes between two drives in core/truck/between_drives.{h,c}, in docs/truck_over_time.md
+and in src/oncenter/tuned.py.
 
 Needs nothing but Python, so that it also runs where the core does not compile.
 """
@@ -280,7 +280,7 @@ def tuned_page() -> str:
 
 def made() -> dict[Path, str]:
     """The text of each file."""
-    pages = [ROOT / "docs" / name for name in ("method.md", "many_drives.md")]
+    pages = [ROOT / "docs" / name for name in ("method.md", "truck_over_time.md")]
     files = [*(ROOT / "core").rglob("*.[ch]"), *pages]
     texts = {path: path.read_text(encoding="utf-8") for path in files}
     return {path: with_rows(text) for path, text in texts.items() if BLOCK.search(text)} | {

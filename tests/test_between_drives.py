@@ -1,4 +1,4 @@
-"""What a truck may change between two drives, and how its drives are combined: see docs/many_drives.md."""
+"""What a truck may change between two drives, and how its drives are combined: see docs/truck_over_time.md."""
 
 from __future__ import annotations
 

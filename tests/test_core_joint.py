@@ -319,7 +319,7 @@ def test_the_chunks_of_a_drive_do_not_matter() -> None:
 
 def test_an_ignition_during_a_drive_loses_a_few_seconds() -> None:
     """A second or two. A suspected change afterwards may cost half a minute more or less. The truck may have changed
-    (docs/many_drives.md), so that the drive after it counts for more."""
+    (docs/truck_over_time.md), so that the drive after it counts for more."""
     columns, truth = driven(CREEPING, 1)
     whole = core_for(truth)
     whole.run(columns)

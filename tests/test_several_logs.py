@@ -141,7 +141,7 @@ def test_a_log_without_evidence_is_no_step() -> None:
     assert oc.offset(drives, vehicle()).changes == ()
 
 
-def test_a_last_log_that_alone_differs_is_not_valid_and_asks_for_one_more_drive() -> None:
+def test_a_last_log_that_alone_differs_is_not_valid_and_needs_one_more_drive() -> None:
     """Until a person states the calibration, or the next drive shows it."""
     dated = [replace(drive, table=drive.table.with_columns(pl.col("time_s") + MONDAY_S)) for drive in days(5)]
     logs, event = moved(tuple(dated[:4]), 3, -2.0), Event(MONDAY_S + 2.5 * DAY_S, "calibrated", -2.0 * DEGREE)

@@ -1,4 +1,4 @@
-"""What a truck's drives say of it, for a drive whose angle sensor is lost before or soon after its begin."""
+"""A truck by its former drives, for a drive whose angle sensor is lost before or soon after its begin."""
 
 from __future__ import annotations
 

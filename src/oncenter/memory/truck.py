@@ -1,4 +1,4 @@
-"""What is kept of a truck: a row of evidence for each drive, and what a person stated. SI and rad."""
+"""The memory of a truck: a row of evidence for each drive, and what a person stated. SI and rad."""
 
 from __future__ import annotations
 

@@ -188,7 +188,7 @@ def _wider(native: _core.OcAnswer, sd: float) -> _core.OcAnswer:
 
 
 class _Past(NamedTuple):
-    """What else counts of the truck: rows of other drives, and what a person stated."""
+    """The truck before these drives: rows of other drives, and what a person stated."""
 
     rows: tuple[Row, ...] = ()
     events: tuple[Event, ...] = ()
@@ -204,7 +204,7 @@ class _Run(NamedTuple):
     core: _core.Core
 
     def row(self, vehicle: Vehicle, params: Mapping[str, float]) -> Row:
-        """What the drive says of its truck."""
+        """The drive as evidence on its truck."""
         moved = [change for change in self.changes if change.size_rad is not None]
         size = sum(change.size_rad or 0.0 for change in moved)
         sd = math.hypot(*(change.sd_rad or 0.0 for change in moved))

@@ -1,9 +1,9 @@
-"""What one drive says of its truck, without what was believed before: a mixture of the joint method's hypotheses.
+"""The evidence of one drive on its truck, without former estimates: a mixture of the joint method's hypotheses.
 
 Each hypothesis of the core is a free play with its normal equations. Here the equations become information on what the
-drives of a truck share, theta = (offset, free play with wind-up, neutral lateral acceleration), with the terms that
-belong to the drive marginalised under their own priors and without a prior of theta. A posterior less its prior would
-be no evidence: the answer is a mixture, and a drive on one flank has several modes.
+drives of a truck share, theta = (offset, free play with the wind-up of the column, neutral lateral acceleration). Terms
+that belong to the drive are marginalised under their own priors, and theta has no prior. A posterior less its prior
+would be no evidence: the answer is a mixture, and a drive on one flank has several modes.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ def _remove_noise(normal: Numbers, h: Any, design: Any, second: Any, noise: floa
 def _of_theta(h: Any, design: Any) -> tuple[Numbers, Numbers]:
     """(constant, terms) = linear (theta, own terms) + constant. The gradient and all other terms are the drive's own.
 
-    o = constant + i K a_0, linear about the present K and a_0; B + W = the play with its wind-up.
+    o = constant + i K a_0, linear about the present K and a_0; B + W = the play with the wind-up of the column.
     """
     scale, play, ratio = np.asarray(design["scale"], np.float64), h["play"], float(design["steering_ratio"])
     gradient, neutral = max(float(h["gradient"]), 0.0), float(h["unloading"])

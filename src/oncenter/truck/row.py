@@ -20,7 +20,7 @@ GRADIENT_MIN = 0.1 * DEGREE  # rad/(m/s^2): below it play looks like a gradient 
 
 @dataclass(frozen=True)
 class Row:
-    """What one drive says of its truck, without what was estimated before. SI and rad; NaN where not identified.
+    """The evidence of one drive on its truck, without what was estimated before. SI and rad; NaN where not identified.
 
     `modes` are its evidence of offset, play and neutral lateral acceleration. `gradient` is of this drive's load.
     `bank` is the mean of lateral acceleration less r*v while driving, `bank_variance` of a short drive's mean;

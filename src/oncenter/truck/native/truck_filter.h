@@ -1,6 +1,6 @@
 #ifndef TRUCK_FILTER_H
 #define TRUCK_FILTER_H
-/* One truck over its drives: a mixture over what may have changed between them (docs/many_drives.md).
+/* One truck over its drives: a mixture over what may have changed between them (docs/truck_over_time.md).
  *
  * A history is an assignment of changes to the times between drives, with a normal density of the truck's state given
  * them (Adams and MacKay 2007; Fearnhead and Liu 2007). SI and rad. */

@@ -253,6 +253,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     whole = _interval(weights, means[:, OFFSET], np.sqrt(covariances[:, OFFSET, OFFSET] + common))
     offset = _core.quantile(weights, own_mean, np.sqrt(own_variance + common), 0.5)
     half_width = max(own[1] - offset, offset - own[0])  # of several values the most probable one, all in the interval
+    own = offset - half_width, offset + half_width
     narrowest = 2.0 * 1.96 * math.sqrt(float(np.min(own_variance)) + common)
     bias, bias_variance = _mixed(weights, means[:, BIAS], covariances[:, BIAS, BIAS])
     play, play_variance = _mixed(weights, means[:, PLAY], covariances[:, PLAY, PLAY])
@@ -269,8 +270,8 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     recent = rows[play_since:]
     return Truck(
         offset=offset,
-        own=(offset - half_width, offset + half_width),
-        whole=whole,
+        own=own,
+        whole=(min(own[0], whole[0]), max(own[1], whole[1])),
         accelerometer_bias=bias,
         accelerometer_bias_sd=math.sqrt(bias_variance),
         pull=pull,

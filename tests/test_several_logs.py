@@ -148,6 +148,7 @@ def test_a_last_log_that_alone_differs_is_not_valid_and_needs_one_more_drive() -
     answer = oc.offset(logs, vehicle())
     assert answer.offset.status == "converging"
     assert "drives_differ" in {finding.code for finding in answer.findings}
+    assert str(answer).startswith("Undecided: drive once more"), str(answer)[:200]
     stated = oc.offset(logs, vehicle(), events=[event])
     decided = oc.offset(moved(tuple(dated), 3, -2.0), vehicle())
     for other in (stated, decided):

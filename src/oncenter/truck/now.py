@@ -296,8 +296,8 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
 
 
 def _not_negative(weights: Numbers, means: Numbers, covariances: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """Weights, means and covariances of the histories where no play is negative: the moments of a normal density that is
-    cut at zero, and what follows for the other states."""
+    """Weights, means and covariances of the histories where no play is negative: the moments of a normal density that
+    is cut at zero, and what follows for the other states."""
     sd = np.sqrt(covariances[:, PLAY, PLAY])
     at_zero = np.maximum(-means[:, PLAY] / sd, -8.0)
     above = np.array([0.5 * math.erfc(x / math.sqrt(2.0)) for x in at_zero])

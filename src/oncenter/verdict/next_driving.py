@@ -33,7 +33,15 @@ class Driving(NamedTuple):
 
 def next_driving(answer: Estimates) -> Driving:
     """The most pressing lack first."""
-    lacks = (_values(answer), _signal(answer), _speed(answer), _gate(answer), _accelerometer(answer), _loading(answer))
+    lacks = (
+        _values(answer),
+        _signal(answer),
+        _speed(answer),
+        _gate(answer),
+        _accelerometer(answer),
+        _contradiction(answer),
+        _loading(answer),
+    )
     others = (
         _evidence(answer),
         _assistance(answer),
@@ -105,6 +113,13 @@ def _accelerometer(answer: Estimates) -> Driving | None:
     if finding is None:
         return None
     return Driving("check the accelerometer, or answer without it (--no-accelerometer)", _sentence(finding.text))
+
+
+def _contradiction(answer: Estimates) -> Driving | None:
+    """More of the same drive decides nothing, a new one does."""
+    if finding_of(answer, "drives_differ") is None:
+        return None
+    return Driving("drive once more", "The offset is not the same in all drives.")
 
 
 def _loading(answer: Estimates) -> Driving | None:

@@ -190,7 +190,7 @@ def main() -> None:
         parser.error("FOLDER, of the simulated drives, is missing")
     trucks = 1 if given.smoke else given.trucks
     if given.smoke and not given.parts:
-        parts = ["calibrated", "pieces"]
+        parts = ["calibrated", "play"]
     first = given.first or (TUNING_FROM if given.tuning else REPORTED_FROM)
     seeds = {part: range(first, first + min(trucks, TRUCKS_MAX.get(part, trucks))) for part in parts}
     before = read(given.output) if given.resume and given.output.exists() else {}

@@ -85,17 +85,18 @@ def _median(values: Iterable[float | None]) -> float | None:
 
 
 def same(found: Sequence[Record]) -> dict[tuple[str, str, str], tuple[int, int]]:
-    """By part, row and label: how many answers the doors of SAME print alike, of how many."""
-    printed: dict[tuple[str, str, str, int, int, int], set[str]] = {}
+    """By part, row and label: how many answers the doors of SAME print alike, of those that two doors gave at least."""
+    printed: dict[tuple[str, str, str, int, int, int], list[str]] = {}
     for record in found:
         if record["door"] in SAME:
             for label in record["at"]:
                 key = (record["part"], row_of(record), label, record["seed"], record["case"], record["drives"])
-                printed.setdefault(key, set()).add(record["printed"])
+                printed.setdefault(key, []).append(record["printed"])
     alike: dict[tuple[str, str, str], tuple[int, int]] = {}
     for key, texts in printed.items():
-        equal, count = alike.get(key[:3], (0, 0))
-        alike[key[:3]] = (equal + (len(texts) == 1), count + 1)
+        if len(texts) > 1:
+            equal, count = alike.get(key[:3], (0, 0))
+            alike[key[:3]] = (equal + (len(set(texts)) == 1), count + 1)
     return alike
 
 

@@ -1,4 +1,4 @@
-"""The shared library `liboncenter`: the C core, the simulator, the filter over a truck's drives, and their declarations.
+"""The shared library `liboncenter`: the C core, the simulator, the filter over drives, and their declarations.
 
 The C headers that firmware includes are the only declarations: cffi reads them here, when the package is built. The
 package loads the library with the declarations that cffi wrote (ABI mode), so one library per platform serves every

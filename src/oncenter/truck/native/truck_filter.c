@@ -385,7 +385,7 @@ static void begin(truck_histories *all, const truck_priors *priors) {
 static void take(truck_histories *all, const truck_drive *drive, int32_t place, const truck_priors *priors) {
     static const int32_t changes = STATED_SIZE + 1;
     const view v = view_of(drive);
-    way ways[TRUCK_KEPT * WAYS];
+    way ways[TRUCK_KEPT * WAYS] = {{0}};
     int32_t count = 0;
     for (int32_t from = 0; from < all->count; ++from) {
         truck_history *h = &all->history[from];
@@ -422,7 +422,7 @@ static void take(truck_histories *all, const truck_drive *drive, int32_t place, 
         }
     }
     qsort(ways, (size_t)count, sizeof ways[0], more_probable);
-    truck_history chosen[CHOSEN];
+    truck_history chosen[CHOSEN] = {{0}};
     int32_t kept = 0;
     for (; kept < count && kept < CHOSEN && ways[kept].log_weight > ways[0].log_weight - negligible; ++kept) {
         const way *on = &ways[kept];

@@ -87,6 +87,7 @@ def tables(folder: Path, fleet: list[Drives]) -> Path:
     rows = [
         {"truck": f"T{truck:03}", "start": row.start_s, "copy_of": None, "vehicle_file": "rigid"}
         | {"offset_status": "valid", "duration_s": row.length_s, "used_s": row.used_s}
+        | {"side_force_left_s": row.left_s, "side_force_right_s": row.right_s}
         | columns_of(row, _core.default_params())
         for truck, drives in enumerate(fleet)
         for row in drives

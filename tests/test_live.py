@@ -48,7 +48,7 @@ def state(learner: Learner) -> bytes:
 
 def without_log(answer: oc.Answer | None) -> dict[str, Any]:
     assert answer is not None
-    return {key: value for key, value in answer.to_dict().items() if key not in ("log", "accounts")}
+    return {key: value for key, value in answer.to_dict().items() if key not in ("log", "accounts", "drives")}
 
 
 def troubled_drive() -> list[Frame]:

@@ -31,7 +31,7 @@ pytestmark = pytest.mark.system
 
 def without_log(answer: oc.Answer | None) -> dict[str, Any]:
     assert answer is not None
-    return {key: value for key, value in answer.to_dict().items() if key not in ("log", "accounts")}
+    return {key: value for key, value in answer.to_dict().items() if key not in ("log", "accounts", "drives")}
 
 
 def sender(channel: str) -> can.BusABC:

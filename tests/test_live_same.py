@@ -116,7 +116,9 @@ OF_LOGS = ("recording_has_holes", "signal_began_late", "signal_ended_early", "va
 
 def numbers(answer: oc.Answer | None) -> dict[str, Any]:
     assert answer is not None
-    members = {key: value for key, value in answer.to_dict().items() if key not in ("log", "notes", "accounts")}
+    members = {
+        key: value for key, value in answer.to_dict().items() if key not in ("log", "notes", "accounts", "drives")
+    }
     return members | {"findings": [each for each in members["findings"] if each["code"] not in OF_LOGS]}
 
 

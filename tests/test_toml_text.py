@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from truck_rows import drive_row
 
 import oncenter as oc
 from oncenter.files.toml_text import entry
@@ -30,7 +31,8 @@ def test_a_vehicle_file_a_memory_and_a_truth_are_toml_whatever_the_names_in_them
     vehicle = vehicle_text({"name": NASTY, "signals": {"yaw_rate": {"signal": NASTY, "unit": "deg/s"}}})
     assert tomllib.loads(vehicle)["name"] == NASTY
     assert tomllib.loads(vehicle)["signals"]["yaw_rate"]["signal"] == NASTY
-    memory = TruckMemory(NASTY, drives=(PastDrive(NASTY, 1.7e9, None, None, NASTY),))
+    row = drive_row(0.0, 2.0, status=NASTY, logs=(NASTY,))
+    memory = TruckMemory(NASTY, vin=NASTY, drives=(PastDrive((NASTY,), row, NASTY),))
     assert tomllib.loads(text_of(memory))["truck"].endswith("ü 🚚")
     _, truth = oc.simulate("thesis_drive", 1)
     write_truth(replace(truth, scenario="🚚\x7f\udcff"), tmp_path / "truth.parquet", tmp_path / "truth.toml")

@@ -31,8 +31,8 @@ _SMOOTHED_NOISE = 0.71  # core/joint/hypothesis_equations.c: smoothed_noise
 _ALIKE = 0.02  # weight times squared distance over variance, below which two modes become one
 _COST_MAX = 18.0  # above the best hypothesis's: others are left out
 # s: load until a flank counts. A drive alone needs 2 s (core/joint/joint_answer.c); a few seconds of several drives err
-# alike: of six drives on one flank 5 of 10 intervals held with 2 s, 9 with 6 s, and no more with 20 s.
-_FLANK_S = 6.0
+# alike: of six drives on one flank 7 of 10 intervals hold with 2 s, 9 with 4 s, and no more with 20 s.
+_FLANK_S = 4.0
 _RIDGE_RAD = 60.0 * DEGREE  # an unloaded flank says nothing of the play's width
 # sd of a broad prior of theta: rad, rad, m/s^2. A mode's weight is its probability under this prior.
 _ANYWHERE = np.array([30.0 * DEGREE, math.hypot(PRIORS["WIDTH"][1], PRIORS["WINDUP"][1]), 0.35])
@@ -175,7 +175,7 @@ def _flanks(h: Any, joint: Any, noise: float, ratio: float) -> tuple[float, Numb
 
     While a flank is missing, the costs of two widths do not count: play and offset are a ridge, along which prediction
     errors are artefacts of the model, and five such drives would multiply them. Nor does one flank show the neutral
-    acceleration, by which the offset is off the constant of the equation.
+    acceleration, and the offset is the constant of the equation plus i K times it.
     """
     left_s, right_s = joint["loaded_left_s"], joint["loaded_right_s"]
     rate = math.sqrt(float(h["variance"]) / noise) / _FLANK_S

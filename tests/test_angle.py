@@ -53,6 +53,25 @@ def test_estimates_with_the_sensor_give_the_angle_without_it(drive: tuple[Signal
         assert np.sqrt(np.mean(theirs**2)) > 1.3 * np.sqrt(np.mean(error**2))
 
 
+def test_a_sensor_that_is_dead_at_key_on_has_an_angle_by_the_trucks_former_drives(
+    drive: tuple[Signals, Truth], truck: oc.Vehicle, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    former = oc.offset(oc.simulate("thesis_drive", 6)[0], truck)
+    signals, truth = drive
+    error, sd = after_loss(oc.angle(signals, truck, sensor_lost_at=0.0, before=former.rows), truth)
+    assert np.mean(np.abs(error) < 1.96 * sd) > 0.92
+    blind_error, blind_sd = after_loss(oc.angle(signals, truck, sensor_lost_at=0.0), truth)
+    assert np.median(sd) < 0.7 * np.median(blind_sd)
+    assert np.sqrt(np.mean(error**2)) < 0.9 * np.sqrt(np.mean(blind_error**2))
+    log, memory = tmp_path / "drive.parquet", tmp_path / "truck.toml"
+    signals.table.head(6000).write_parquet(log)
+    command = ["angle", str(log), "--vehicle", TRUCK, "--memory", str(memory)]
+    assert run(command) == 2
+    assert "truck.toml does not exist" in capsys.readouterr().err
+    assert run(["offset", str(log), "--vehicle", TRUCK, "--memory", str(memory)]) == 0
+    assert run(command) == 0
+
+
 @pytest.mark.parametrize("method", ["observer", "yaw-rate-understeer"])
 def test_without_an_accelerometer_the_usual_bank_is_assumed_before_and_after_the_loss(
     drive: tuple[Signals, Truth], truck: oc.Vehicle, method: str

@@ -10,13 +10,16 @@ import pytest
 from drive_frames import candump
 from drive_frames import drive as frames
 from real_data import real_drive
+from truck_rows import drive_row
 
 import oncenter as oc
 from oncenter import _core
+from oncenter.angle.from_truck import known_by
 from oncenter.angle.run import notes_on
 from oncenter.cli import run
 from oncenter.cli.angle import _in_words
 from oncenter.errors import OncenterError
+from oncenter.param_table import params as param_table
 from oncenter.signals import DEGREE, Signals
 from oncenter.simulate.truth import Truth
 
@@ -460,3 +463,16 @@ def test_a_car_on_a_proving_ground_does_without_its_sensor_for_its_second_half()
             signals.table["vehicle_speed_m_s"].to_numpy() > 3.0
         )
         assert np.sqrt(np.nanmean(error[when] ** 2)) / DEGREE < 2.5
+
+
+def test_a_truck_by_its_rows_is_that_after_the_newest_drive_whatever_the_order() -> None:
+    rows = [drive_row(day, 0.0 if day < 3 else 5.0, play_deg=12.0 if day < 3 else 3.0) for day in range(6)]
+    known = known_by(rows, (), _core.default_params())
+    assert known == known_by(rows[::-1], (), _core.default_params())
+    assert known["known_play_rad"] == pytest.approx(3.0 * DEGREE, abs=0.5 * DEGREE)
+
+
+def test_a_truck_by_its_rows_stays_within_what_may_be_configured() -> None:
+    odd = [drive_row(day, 0.0, neutral=9.0, bank=9.0) for day in range(2)]
+    known = known_by(odd, (), _core.default_params())
+    assert known["known_accelerometer_bias_m_s2"] == param_table()["known_accelerometer_bias_m_s2"].high

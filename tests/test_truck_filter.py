@@ -23,7 +23,7 @@ from oncenter.truck.row import Row
 # One kind of truck, a fixed zero, no change, no wrong drive.
 PLAIN = replace(
     priors_of(),
-    changes_per_day=(0.0,) * 5,
+    changes_per_day=(0.0,) * 6,
     zero_probabilities=(1.0, 0.0, 0.0),
     load_steer_weights=(1.0, 0.0),
     wide_pull_probability=0.0,
@@ -122,7 +122,7 @@ def test_without_changes_the_filter_is_the_joint_normal_density(rows: list[Row])
 def test_one_possible_change_has_the_weight_by_bayes_rule(moved_deg: float) -> None:
     """Both histories have their own likelihoods; the rate of changes is their prior."""
     rows = [ROWS[0], drive_row(3.0, 2.0 + moved_deg, neutral=0.16, bank=0.28, gradient=0.5 * DEGREE)]
-    priors = replace(PLAIN, changes_per_day=(0.0, 0.2, 0.0, 0.0, 0.0))
+    priors = replace(PLAIN, changes_per_day=(0.0, 0.2, 0.0, 0.0, 0.0, 0.0))
     prior = 1.0 - math.exp(-0.2 * (3.0 - rows[0].length_s / DAY_S))
     same, changed = (literal(rows, priors, renewed=renewed)[2] for renewed in (False, True))
     expected = prior * math.exp(changed - same) / (1.0 - prior + prior * math.exp(changed - same))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import fields, replace
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from truck_rows import drive_row
 from oncenter import _core
 from oncenter.signals import DEGREE
 from oncenter.truck.events import Event
-from oncenter.truck.now import Truck, truck_now, trucks_now
+from oncenter.truck.now import Truck, truck_now, trucks_now, usable
 from oncenter.truck.priors import Priors, priors_of
 from oncenter.truck.row import Row
 
@@ -241,6 +242,60 @@ def test_two_drives_that_contradict_each_other_are_not_valid_until_a_calibration
         assert not stated.is_ambiguous and stated.is_valid(_core.default_params()), by
         assert stated.offset == pytest.approx(0.1 * DEGREE, abs=0.15 * DEGREE)
         assert stated.since == 1
+
+
+def test_a_change_is_found_at_another_road_bank_as_well() -> None:
+    """A crown on the other side, and an accelerometer that was replaced with the sensor, hide no change."""
+    for bank in (0.2, -0.2, 0.6):
+        rows = [row_of(day, 0.0) for day in range(4)] + [replace(row_of(4.0 + k, 5.0), bank=bank) for k in range(2)]
+        first, second = (truck_now(rows[:count], (), priors_of()) for count in (5, 6))
+        assert not first.is_valid(_core.default_params()), bank
+        assert second.is_valid(_core.default_params()) and steps(second) == [4], bank
+        assert second.offset == pytest.approx(5.0 * DEGREE, abs=0.2 * DEGREE)
+
+
+def test_a_truck_is_the_same_in_whatever_order_its_drives_were_answered() -> None:
+    rows = [row_of(day, *((0.0, 12.0) if day < 3 else (5.0, 3.0))) for day in range(6)]
+    assert usable(rows[::-1], ()) == rows
+    undated = [replace(rows[k], start_s=math.nan) for k in (2, 0)]
+    assert usable(undated, ()) == undated
+
+
+def test_events_between_the_same_two_drives_count_together() -> None:
+    """A calibration and a repair change offset and play; two calibrations are one by the sum of what they add."""
+    rows = [row_of(day, *((0.0, 12.0) if day < 4 else (5.0, 3.0))) for day in range(5)]
+    at = rows[4].start_s - 3600.0
+    calibrated, repaired = Event(at, "calibrated", 5.0 * DEGREE), Event(at + 60.0, "repaired")
+    answers = [truck_now(rows, events, priors_of()) for events in permutations((calibrated, repaired))]
+    for answer in answers:
+        assert answer.is_valid(_core.default_params())
+        assert answer.offset == pytest.approx(5.0 * DEGREE, abs=0.2 * DEGREE)
+        assert answer.play == pytest.approx(3.0 * DEGREE, abs=0.5 * DEGREE)
+    assert answers[0].own == answers[1].own
+    unsure = [*rows[:4], replace(row_of(4.0, 5.0, 12.0), modes=drive_row(4.0, 5.0, sds=(3.0, 3.0, 0.02)).modes)]
+    twice = (Event(at, "calibrated", 3.0 * DEGREE), Event(at + 60.0, "calibrated", 2.0 * DEGREE))
+    assert truck_now(unsure, twice, priors_of()).offset == pytest.approx(5.0 * DEGREE, abs=0.5 * DEGREE)
+
+
+def test_a_repair_with_an_alignment_renews_play_and_pull() -> None:
+    """The pull that twelve drives at three loads identify holds after a repair, and not after an alignment with it."""
+    random = np.random.default_rng(13)
+    rows = truck(random, drives=12, pull=0.12, play=12.0) + truck(random, drives=1, offset=5.0, play=3.0, first_day=12)
+    at = rows[12].start_s - 3600.0
+    before = truck_now(rows[:12], (), LITTLE).pull
+    repaired, both = (
+        truck_now(rows, [Event(at, kind) for kind in kinds], LITTLE)
+        for kinds in (("repaired",), ("repaired", "changed"))
+    )
+    assert [one.play for one in (repaired, both)] == pytest.approx([3.0 * DEGREE] * 2, abs=1.0 * DEGREE)
+    assert repaired.pull == pytest.approx(before, abs=0.02) and both.pull < 0.5 * before
+
+
+def test_a_pull_that_is_configured_as_none_gives_no_nan() -> None:
+    for rows in ([row_of(0.0, 2.0)], [row_of(0.0, 2.0), row_of(1.0, 2.1)]):
+        answer = truck_now(rows, (), replace(priors_of(), pull_sd_m_s2=0.0))
+        assert answer.offset == pytest.approx(2.0 * DEGREE, abs=0.3 * DEGREE)
+        assert math.isfinite(answer.own_sd + answer.whole_sd + answer.pull_sd + answer.play)
 
 
 def test_a_repaired_play_is_a_change_of_the_play_and_not_of_the_offset() -> None:

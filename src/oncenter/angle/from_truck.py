@@ -1,4 +1,4 @@
-"""A truck by its former drives, for a drive whose angle sensor is lost before or soon after its begin."""
+"""A truck by its former drives, for a drive whose angle sensor is lost before or soon after its start."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from oncenter import _core
+from oncenter.param_table import params as param_table
 from oncenter.truck.events import Event
 from oncenter.truck.now import truck_now, usable
 from oncenter.truck.priors import Priors, priors_of
@@ -31,11 +32,17 @@ def known_by(rows: Sequence[Row], events: Sequence[Event], params: Mapping[str, 
         "known_accelerometer_bias{}_m_s2": (truck.accelerometer_bias, truck.accelerometer_bias_sd),
     }
     return {
-        name.format(part): value
+        name.format(part): _in_range(name.format(part), value)
         for name, values in found.items()
         if not params.get(name.format("_sd"))
         for part, value in zip(("", "_sd"), values, strict=True)
     }
+
+
+def _in_range(name: str, value: float) -> float:
+    """A truck by its rows may be outside what a user may configure."""
+    row = param_table()[name]
+    return min(max(value, row.low), row.high)
 
 
 def teach(

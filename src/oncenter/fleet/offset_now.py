@@ -53,7 +53,6 @@ def offset_of(truck: Truck, drives: Sequence[Mapping[str, Any]], params: Mapping
     starts = np.array([drive["start"] for drive in drives])
     if len(drives) == 1:
         return _of_one(truck, drives[0])
-    is_valid = truck.is_valid(params)
     low, high = _core.interval_95(truck.offset, truck.whole_sd, truck.lean)
     readings = Readings(starts, truck.offsets / DEGREE, truck.offset_sds / DEGREE)
     return Offset(
@@ -61,8 +60,8 @@ def offset_of(truck: Truck, drives: Sequence[Mapping[str, Any]], params: Mapping
         value=truck.offset / DEGREE,
         own=_in_deg(truck.own),
         whole=_in_deg((low, high)),
-        is_valid=is_valid,
-        has_evidence=is_valid or (used_s >= params["joint_evidence_min_s"] and not truck.is_narrow(params)),
+        is_valid=truck.is_valid(params),
+        has_evidence=truck.has_evidence(params, used_s),
         not_identifiable_sd=max(truck.whole_sd**2 - truck.own_sd**2, 0.0) ** 0.5 / DEGREE,
         since=float(starts[truck.since]),
         drift=drift(readings, truck.since),
@@ -91,7 +90,7 @@ def with_priors(
         return offset
 
     def by(other: Mapping[str, float]) -> OffsetBy:
-        truck = solved(other)
+        truck = offset.truck if other is params else solved(other)  # the truck is by these params already
         return OffsetBy(truck.offset, truck.own, truck.whole)
 
     now = by(params)

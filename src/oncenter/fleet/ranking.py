@@ -32,7 +32,8 @@ SHARE_OF_FALSE_ALARMS = 0.05
 _SUSPICIOUS = 0.05  # p-value at or below which a truck is on watch
 _SENSOR_AT_FAULT, _RELATIVE = "steering_wheel_angle_sensor_at_fault", "relative_angle_sensor"  # codes of findings
 
-_CAUSES = {"both": "play", "alignment": "wheel_alignment"}  # of an offset's change, by what changed with it
+# Of an offset's change, by what changed with it.
+_CAUSES = {"both": "play", "alignment": "wheel_alignment", "all": "play"}
 SENSOR_OR_ALIGNMENT = "sensor_or_alignment"
 
 

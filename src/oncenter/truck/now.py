@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -84,7 +84,6 @@ class Truck:
     is_ambiguous: bool
     offsets: Numbers
     offset_sds: Numbers
-    log_likelihood: float
 
     @property
     def own_sd(self) -> float:
@@ -103,6 +102,10 @@ class Truck:
     def is_narrow(self, params: Mapping[str, float]) -> bool:
         return 1.96 * self.own_sd <= params["offset_drive_half_width_max_rad"]
 
+    def has_evidence(self, params: Mapping[str, float], used_s: float) -> bool:
+        """Whether more of the same driving decides nothing; `used_s` is the time used of all drives."""
+        return self.is_valid(params) or (used_s >= params["joint_evidence_min_s"] and not self.is_narrow(params))
+
     def is_valid(self, params: Mapping[str, float]) -> bool:
         """Whether the offset is exact enough to be set: one value, enough driving since its last change, lateral force
         to both sides, and a narrow interval from the driving."""
@@ -111,9 +114,12 @@ class Truck:
 
 
 def usable(rows: Iterable[Row], events: Sequence[Event]) -> list[Row]:
-    """Those that count for the truck: with evidence, and not of another truck before this one."""
+    """Those that count for the truck, in order of time: with evidence, and not of another truck before this one. If one
+    has no date, all keep their places."""
     since = max((event.time_s for event in events if event.kind == ANOTHER_TRUCK), default=-math.inf)
-    return [row for row in rows if row.is_usable and not row.start_s < since]
+    counted = [row for row in rows if row.is_usable and not row.start_s < since]
+    is_dated = all(math.isfinite(row.start_s) for row in counted)
+    return sorted(counted, key=lambda row: row.start_s) if is_dated else counted
 
 
 def trucks_now(
@@ -182,20 +188,41 @@ def table_of(rows: Sequence[Row], priors: Priors, events: Sequence[Event], loads
         bank["value"] = np.where(has, np.array(values) - of_crown * side * priors.crown_m_s2, 0.0)
         bank["variance"] = np.where(has, variance, 0.0)
         bank["per_crown"] = of_crown * along
+    places = np.searchsorted(start, [event.time_s for event in events])
     for place, row in enumerate(rows):
+        stated = [
+            _Stated(
+                _STATED[event.kind], 1.0, event.by_rad or 0.0, 0.0 if event.by_rad is None else priors.stated_sd_rad
+            )
+            for event, at in zip(events, places, strict=True)
+            if at == place > 0
+        ]
         if row.moved_sd > 0.0:
-            _state(table[place], "offset", _FOUND_SHARE, row.moved, row.moved_sd)
-    for event in events:
-        place = int(np.searchsorted(start, event.time_s))
-        if 0 < place < len(rows):
-            by, by_sd = (0.0, 0.0) if event.by_rad is None else (event.by_rad, priors.stated_sd_rad)
-            _state(table[place], _STATED[event.kind], 1.0, by, by_sd)
+            stated.append(_Stated("offset", _FOUND_SHARE, row.moved, row.moved_sd))
+        if stated:
+            _state(table[place], stated)
     return table
 
 
-def _state(drive: Any, change: str, share: float, by: float, by_sd: float) -> None:
-    drive["stated"], drive["stated_share"] = _core.TRUCK_CHANGES.index(change), share
-    drive["stated_by"], drive["stated_by_sd"] = by, by_sd
+class _Stated(NamedTuple):
+    """A change that a person stated, or that the core found in the drive, with its probability; rad, `by_sd` 0 where
+    its size is not given."""
+
+    kind: str
+    share: float
+    by: float
+    by_sd: float
+
+
+def _state(drive: Any, stated: Sequence[_Stated]) -> None:
+    """Several changes before a drive are one, of all that they change; its size is their sum where each has one."""
+    kinds = {one.kind for one in stated}
+    is_all = {"both", "alignment"} <= kinds
+    kind = "all" if is_all else next(each for each in ("both", "alignment", "offset") if each in kinds)
+    drive["stated"], drive["stated_share"] = _core.TRUCK_CHANGES.index(kind), max(one.share for one in stated)
+    if all(one.by_sd > 0.0 for one in stated):
+        drive["stated_by"] = sum(one.by for one in stated)
+        drive["stated_by_sd"] = math.hypot(*(one.by_sd for one in stated))
 
 
 def priors_of_filter(priors: Priors, first: Row) -> npt.NDArray[np.void]:
@@ -245,7 +272,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     pull, pull_variance = _mixed(weights, means[:, PULL], covariances[:, PULL, PULL])
     low, high = _PULL_IDENTIFIED
     at_first = priors.pull_sd_m_s2**2 * np.where(histories["variant"] == _WIDE_PULL, priors.wide_pull**2, 1.0)
-    share = 1.0 - float(weights @ (covariances[:, PULL, PULL] / at_first))
+    share = 1.0 - float(weights @ (covariances[:, PULL, PULL] / np.maximum(at_first, _TINY)))
     identified = min(max((share - low) / (high - low), 0.0), 1.0)
     own_mean, own_variance = _given_pull(means, covariances, priors.pull_m_s2, identified)
     common = priors.offset_common_sd_rad**2
@@ -291,7 +318,6 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
         is_ambiguous=own[1] - own[0] > _AMBIGUOUS * narrowest,
         offsets=offsets,
         offset_sds=offset_sds,
-        log_likelihood=float(found["log_likelihood"]),
     )
 
 
@@ -311,7 +337,7 @@ def _not_negative(weights: Numbers, means: Numbers, covariances: Numbers) -> tup
 
 def _given_pull(means: Numbers, covariances: Numbers, prior_mean: float, identified: float) -> tuple[Numbers, Numbers]:
     """The offset's mean and variance from the driving, of each history: of a pull only the identified share counts."""
-    per_pull = covariances[:, OFFSET, PULL] / covariances[:, PULL, PULL]
+    per_pull = covariances[:, OFFSET, PULL] / np.maximum(covariances[:, PULL, PULL], _TINY)
     mean = means[:, OFFSET] + (1.0 - identified) * per_pull * (prior_mean - means[:, PULL])
     rest = covariances[:, OFFSET, OFFSET] - (1.0 - identified**2) * per_pull**2 * covariances[:, PULL, PULL]
     return mean, np.maximum(rest, 0.0)
@@ -390,5 +416,5 @@ def _changes(weights: Numbers, histories: npt.NDArray[np.void], best: Any, prior
 # Kinds of changes of the play, and of the offset.
 _CHANGED = {
     of_play: [_core.TRUCK_CHANGES.index(name) for name in names]
-    for of_play, names in ((True, ("play", "both")), (False, ("offset", "both", "alignment")))
+    for of_play, names in ((True, ("play", "both", "all")), (False, ("offset", "both", "alignment", "all")))
 }

@@ -128,7 +128,7 @@ def _pulls(
     return Learned(pull_sd, error, len(trucks)), Learned(share, of_share, len(trucks))
 
 
-_NEVER, _FIXED = (0.0, 0.0, 0.0, 0.0, 0.0), (1.0, 0.0, 0.0)  # changes beside those that were found; zeros
+_NEVER, _FIXED = (0.0,) * len(_core.TRUCK_CHANGES), (1.0, 0.0, 0.0)  # changes beside those that were found; zeros
 
 
 def _mixed(parts: Numbers, probability: float) -> tuple[float, float]:

@@ -29,8 +29,8 @@ class Priors:
         bias_wander_sd_m_s2, *_day_sd_*: of what moves between two drives, at each and with the root of the days.
         offset_noise_sd_rad, play_noise_sd_rad: of a drive, beyond its own; offset_common_sd_rad: of all drives of a
             truck, by limits of the model.
-        changes_per_day: of nothing, the offset, the play, both, and offset with pull. A truck that is logged is one
-            that somebody works on: once in two months. Never per log, so that cutting a log changes nothing.
+        changes_per_day: of nothing, the offset, the play, both, offset with pull, and all. A truck that is logged is
+            one that somebody works on: once in two months. Never per log, so that cutting a log changes nothing.
         new_offset_sd_rad: of an offset after a change.
         zero_probabilities: of a zero that is fixed, moves (by moves_sd_rad from a day to the next), or differs at each
             start (by relative_sd_rad).
@@ -64,7 +64,7 @@ class Priors:
     pull_day_sd_m_s2: float = BETWEEN_DRIVES["PULL"][1]
     wide_pull: float = TUNED["hypothesis_equations.wide_pull"]
     wide_pull_probability: float = TUNED["setup.pull_tail"]
-    changes_per_day: tuple[float, float, float, float, float] = (0.0, 0.012, 0.002, 0.001, 0.004)
+    changes_per_day: tuple[float, ...] = (0.0, 0.012, 0.002, 0.001, 0.004, 0.0)
     new_offset_sd_rad: float = 6.0 * DEGREE
     zero_probabilities: tuple[float, float, float] = (0.975, 0.015, 0.01)
     moves_sd_rad: float = 0.6 * DEGREE

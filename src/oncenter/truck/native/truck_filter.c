@@ -16,7 +16,7 @@ enum {
 static const double negligible = 12.0;    /* log of a history's weight below that of the most probable one */
 static const double alike = 0.25;         /* squared distance over variance, below which two histories become one */
 static const double as_wide = 2.0;        /* ratio of variances, above which they stay two */
-static const double changes_from = 7.0;   /* the same, below which nothing else is thought to change */
+static const double changes_from = 7.0;   /* the same by the banks, below which only a stated change is tried */
 static const double as_stated = 0.9;      /* probability that a stated size was stored once and with the right sign */
 static const double log_two_pi = 1.8378770664093453;
 
@@ -98,7 +98,7 @@ static bool has_new_offset(int32_t change) {
 }
 
 static bool has_new_play(int32_t change) {
-    return change == TRUCK_CHANGE_PLAY || change == TRUCK_CHANGE_BOTH;
+    return change == TRUCK_CHANGE_PLAY || change == TRUCK_CHANGE_BOTH || change == TRUCK_CHANGE_ALL;
 }
 
 /* The state after a change before this drive, which is not the first one. */
@@ -113,7 +113,7 @@ static void apply(truck_history *h, int32_t change, const truck_drive *drive, co
     } else if (has_new_offset(change)) {
         renew(h, TRUCK_OFFSET, 0.0, priors->new_variance);
     }
-    if (change == TRUCK_CHANGE_ALIGNMENT) {
+    if (change == TRUCK_CHANGE_ALIGNMENT || change == TRUCK_CHANGE_ALL) {
         renew(h, TRUCK_PULL, priors->mean[TRUCK_PULL], priors->variant_pull[h->variant]);
     }
     if (has_new_play(change)) {
@@ -254,12 +254,18 @@ static void update(truck_history *h, const expected *e, const innovation *i) {
     }
 }
 
+/* The offset by the pull; 0 of a pull that is configured exactly. */
+static double per_pull_of(const truck_history *h) {
+    const double variance = h->covariance[N * TRUCK_PULL + TRUCK_PULL];
+    return variance > 0.0 ? h->covariance[N * TRUCK_OFFSET + TRUCK_PULL] / variance : 0.0;
+}
+
 /* The offset before it, as read at the usual pull: an unknown pull is in it before and after. */
 static void note_change(truck_history *h, int32_t change, int32_t drive, const truck_priors *priors) {
     if (change == TRUCK_CHANGE_NONE) {
         return;
     }
-    const double per_pull = h->covariance[N * TRUCK_OFFSET + TRUCK_PULL] / h->covariance[N * TRUCK_PULL + TRUCK_PULL];
+    const double per_pull = per_pull_of(h);
     if (h->changes == TRUCK_CHANGES) {
         memmove(h->change, h->change + 1, sizeof h->change - sizeof h->change[0]);
         --h->changes;
@@ -381,23 +387,34 @@ static void begin(truck_histories *all, const truck_priors *priors) {
     }
 }
 
+/* The histories before a drive's evidence: aged, and with its readings of the bank. The log of the largest weight. */
+static double prepare(truck_histories *all, const truck_drive *drive, int32_t place, const truck_priors *priors) {
+    double best = -INFINITY;
+    for (int32_t k = 0; k < all->count; ++k) {
+        truck_history *h = &all->history[k];
+        if (place > 0) {
+            age(h, drive, priors);
+        }
+        read_bank(h, &drive->driving);
+        read_bank(h, &drive->standing);
+        best = fmax(best, h->log_weight);
+    }
+    return best;
+}
+
 /* The histories with one more drive. */
 static void take(truck_histories *all, const truck_drive *drive, int32_t place, const truck_priors *priors) {
     static const int32_t changes = STATED_SIZE + 1;
     const view v = view_of(drive);
     way ways[TRUCK_KEPT * WAYS] = {{0}};
     int32_t count = 0;
+    const double best = prepare(all, drive, place, priors);
     for (int32_t from = 0; from < all->count; ++from) {
-        truck_history *h = &all->history[from];
-        if (place > 0) {
-            age(h, drive, priors);
-        }
-        read_bank(h, &drive->driving);
-        read_bank(h, &drive->standing);
+        const truck_history *h = &all->history[from];
         for (int32_t change = 0; change < (place > 0 ? changes : 1); ++change) {
             const double prior = place > 0 ? prior_of(h, change, drive, priors) : 1.0;
             const bool is_usual = change == TRUCK_CHANGE_NONE || drive->stated != TRUCK_CHANGE_NONE;
-            if (!(prior > 0.0) || (!is_usual && h->log_weight < -changes_from)) {
+            if (!(prior > 0.0) || (!is_usual && h->log_weight < best - changes_from)) {
                 continue;
             }
             truck_history changed;
@@ -435,8 +452,6 @@ static void take(truck_histories *all, const truck_drive *drive, int32_t place, 
         if (h->zero == TRUCK_ZERO_RELATIVE) {
             h->offset_since = place;
         }
-        h->last_is_wrong = on->wrong;
-        h->wrong += on->wrong;
         const expected usual = expect(h, &v, drive);
         const expected e = on->wrong ? if_wrong(&usual, priors) : usual;
         const innovation i = innovation_of(&e, &drive->mode[on->mode]);

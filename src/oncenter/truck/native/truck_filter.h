@@ -36,6 +36,7 @@ typedef enum {
     TRUCK_CHANGE_PLAY,      /* wear, adjustment */
     TRUCK_CHANGE_BOTH,      /* a repair of the steering */
     TRUCK_CHANGE_ALIGNMENT, /* offset and pull */
+    TRUCK_CHANGE_ALL,       /* offset, play and pull: a repair with an alignment */
     TRUCK_CHANGE_COUNT
 } truck_change_kind;
 
@@ -76,7 +77,7 @@ typedef struct {
                                               * after a change */
     double at_ignition[7], per_day[7];       /* variances of what may have changed a little between two drives: after a
                                               * day, less after less time, and with each day */
-    double changes_per_day[5];               /* rate of each change */
+    double changes_per_day[6];               /* rate of each change */
     double new_variance;                     /* rad^2, of the offset about 0 after a change */
     double variant_probability[3];           /* of trucks of three kinds, which differ by the next two */
     double variant_steer[3];                 /* rad^2, of steering by ride height */
@@ -100,8 +101,6 @@ typedef struct {
     double covariance[49];
     int32_t zero, variant;
     int32_t offset_since, play_since; /* the drive from which the present offset and play hold */
-    int32_t wrong;         /* number of wrong drives */
-    int32_t last_is_wrong;
     int32_t changes;
     truck_change change[12];
 } truck_history;

@@ -23,7 +23,10 @@ from oncenter.memory.log import start_of_drive
 from oncenter.memory.truck import PastDrive, Remembered
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.events import Event
+from oncenter.truck.now import truck_now
+from oncenter.truck.priors import priors_of
 from oncenter.truck.row import Row
+from oncenter.truck.row_columns import COLUMNS, Column, columns_of, row_in
 
 NOW_S = 1_750_000_000.0
 DAY_S = 86400.0
@@ -115,6 +118,46 @@ def test_a_memory_of_another_truck_is_refused_in_one_line(tmp_path: Path, text: 
     assert str(refused.value).startswith(f"memory file {path}")
     assert said in str(refused.value) and "\n" not in str(refused.value)
     assert path.read_text() == text
+
+
+BEYOND = ("1e300", "-1e300")
+MODE = DRIVE.partition('evidence = "')[2].partition('"')[0].split()
+
+
+@pytest.mark.parametrize("beyond", BEYOND)
+@pytest.mark.parametrize("name", [column.name for column in COLUMNS])
+def test_a_number_that_no_drive_has_is_refused_with_its_column(tmp_path: Path, name: str, beyond: str) -> None:
+    lines = [line for line in DRIVE.splitlines() if not line.startswith(f"{name} = ")]
+    refused_with(tmp_path, "\n".join([*lines, f"{name} = {beyond}"]), name)
+
+
+@pytest.mark.parametrize("beyond", BEYOND)
+@pytest.mark.parametrize("place", range(10))
+def test_a_mode_that_no_drive_has_is_refused(tmp_path: Path, place: int, beyond: str) -> None:
+    numbers = " ".join([*MODE[:place], beyond, *MODE[place + 1 :]])
+    refused_with(tmp_path, DRIVE.replace(" ".join(MODE), numbers), "evidence")
+
+
+@pytest.mark.parametrize("place", [1, 3, 6])
+def test_negative_information_is_refused(tmp_path: Path, place: int) -> None:
+    numbers = " ".join([*MODE[:place], f"-{MODE[place]}", *MODE[place + 1 :]])
+    refused_with(tmp_path, DRIVE.replace(" ".join(MODE), numbers), "evidence")
+
+
+def refused_with(folder: Path, drive: str, column: str) -> None:
+    path = folder / "m.toml"
+    path.write_text(HEAD + drive)
+    with pytest.raises(oc.OncenterError, match=f"memory file {path}: '{column}' must ") as refused:
+        read_memory(path, "truck")
+    assert (refused.value.code, refused.value.exit_code) == ("memory_file", 2)
+
+
+@pytest.mark.parametrize("column", COLUMNS, ids=lambda column: column.name)
+def test_each_number_within_its_limits_gives_a_finite_offset(column: Column) -> None:
+    for limit in (column.minimum, column.maximum):
+        given = row_in({**columns_of(ROW), column.name: limit}, status="valid", start_s=NOW_S, logs=())
+        rows = [row for row in (ROW, given, replace(ROW, start_s=NOW_S + DAY_S)) if row.is_usable]
+        assert math.isfinite(truck_now(rows, (), priors_of()).offset)
 
 
 @pytest.mark.parametrize("fault", [{"sensor_fault": "stuck"}, {"offset": Estimate(None, None, "invalid", "rad")}])

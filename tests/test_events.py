@@ -6,7 +6,7 @@ import pytest
 
 from oncenter.errors import OncenterError
 from oncenter.signals import DEGREE
-from oncenter.truck.events import Event, parse_event
+from oncenter.truck.events import Event, parse_event, with_stated
 
 MONDAY_S = 1_772_409_600.0  # 2026-03-02, 0:00 UTC
 
@@ -49,3 +49,10 @@ def test_what_is_no_event_is_refused_in_one_line_with_the_form(text: str, why: s
         parse_event(text)
     assert why in str(refused.value) and "\n" not in str(refused.value)
     assert (refused.value.code, refused.value.exit_code) == ("usage", 2)
+
+
+def test_events_are_in_order_of_time_and_kind_and_a_new_one_replaces_one_of_the_same_kind_and_time() -> None:
+    first, other = Event(MONDAY_S, "calibrated", 0.1), Event(MONDAY_S, "repaired")
+    earlier, corrected = Event(MONDAY_S - 1.0, "repaired"), Event(MONDAY_S, "calibrated", 0.2)
+    assert with_stated((other, first), (earlier,)) == with_stated((first,), (other, earlier)) == (earlier, first, other)
+    assert with_stated((first, other), (corrected,)) == (corrected, other)

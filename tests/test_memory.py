@@ -88,6 +88,7 @@ def test_a_truck_without_a_file_has_an_empty_memory(tmp_path: Path) -> None:
 
 
 HEAD = 'schema = "oncenter/truck-2"\ntruck = "truck"\n'
+EVENT = '[[events]]\nkind = "{}"\ndate = 2026-01-01T00:00:00Z\nby_deg = {}\n'
 DRIVE = "\n".join(text_of(replace(FULL, drives=FULL.drives[:1], events=())).splitlines()[4:])
 
 
@@ -104,7 +105,11 @@ DRIVE = "\n".join(text_of(replace(FULL, drives=FULL.drives[:1], events=())).spli
         (HEAD + DRIVE.replace("ratio = 19.3", ""), "'ratio'"),
         (HEAD + DRIVE.replace('evidence = "-1.5 ', 'evidence = "'), "'evidence'"),
         (HEAD + DRIVE.replace('evidence = "-1.5 ', 'evidence = "nan '), "'evidence'"),
-        (HEAD + '[[events]]\nkind = "washed"\ndate = 2026-01-01T00:00:00Z\n', "'events.0.kind'"),
+        (HEAD + '[[events]]\nkind = "washed"\ndate = 2026-01-01T00:00:00Z\n', "'washed' is no kind of event"),
+        (HEAD + EVENT.format("repaired", "1.0"), "an angle of 1 deg was given with 'repaired'"),
+        (HEAD + EVENT.format("calibrated", "1e300"), "a calibration adds -720 to 720 deg, got 1e+300"),
+        (HEAD + EVENT.format("calibrated", "nan"), "a calibration adds -720 to 720 deg, got nan"),
+        (HEAD + EVENT.format("calibrated", "1.0").replace("2026", "1926"), "write a year from 1970"),
         (HEAD + DRIVE.replace("date = 2025", 'date = "soon" # '), "'drives.0.date'"),
         ("schema = ", "is not TOML"),
     ],

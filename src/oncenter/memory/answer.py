@@ -14,7 +14,7 @@ from oncenter.memory.truck import PastDrive, Remembered, TruckMemory, settings_o
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.signals import Signals
-from oncenter.truck.events import Event
+from oncenter.truck.events import Event, with_stated
 from oncenter.truck.fingerprint import fingerprint_of
 from oncenter.vehicle import Vehicle
 
@@ -52,7 +52,7 @@ def offset_with_memory(
     dated = [replace(drive, start_s=start_of_drive(drive, _path(drive))) for drive in drives]
     keys = {drive.log: fingerprint_of(drive) for drive in dated}
     again = [log for log, key in keys.items() if memory.has(key)]
-    memory = replace(memory, events=tuple(sorted({*memory.events, *events}, key=lambda event: event.time_s)))
+    memory = replace(memory, events=with_stated(memory.events, events))
     vehicle = _with_remembered_product(vehicle, memory)
     settings = settings_of(vehicle, params)
     others = replace(memory, drives=tuple(d for d in memory.drives if not any(d.is_of(keys[log]) for log in again)))

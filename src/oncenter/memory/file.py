@@ -10,13 +10,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from oncenter.errors import OncenterError
 from oncenter.files.file_name import printable
 from oncenter.files.toml_file import read_toml, refusal
 from oncenter.files.toml_text import entry
 from oncenter.files.whole_file import write_whole
 from oncenter.memory.truck import PastDrive, Remembered, TruckMemory
 from oncenter.signals import DEGREE
-from oncenter.truck.events import Event
+from oncenter.truck.events import Event, event_of
 from oncenter.truck.row_columns import columns_of, row_in
 from oncenter.utc import iso
 
@@ -24,8 +25,6 @@ SCHEMA, _FORMER = "oncenter/truck-2", "oncenter/truck-1"
 _CODE = "memory_file"  # of errors
 _HEAD = "# Drives of this truck: `oncenter offset --memory` reads and updates this file.\n"
 
-_Value = Annotated[float, Field(allow_inf_nan=False)]
-_Spread = Annotated[float, Field(allow_inf_nan=False, gt=0)]
 _Text = Annotated[str, Field(max_length=1000)]
 
 
@@ -34,17 +33,21 @@ class _Table(BaseModel):
 
 
 class _Product(_Table):
-    value_m: Annotated[_Value, Field(ge=1, le=1200)]
-    sd_m: Annotated[_Spread, Field(le=1200)]
+    value_m: Annotated[float, Field(ge=1, le=1200)]
+    sd_m: Annotated[float, Field(gt=0, le=1200)]
 
 
 class _Event(_Table):
-    kind: Literal["calibrated", "repaired", "changed", "another_truck"]
+    kind: _Text
     date: datetime
-    by_deg: _Value | None = None
+    by_deg: float | None = None
 
     def event(self) -> Event:
-        return Event(_seconds(self.date), self.kind, None if self.by_deg is None else self.by_deg * DEGREE)
+        """
+        Raises:
+            OncenterError: as `event_of`.
+        """
+        return event_of(self.kind, self.date.isoformat(), self.by_deg)
 
 
 class _Drive(BaseModel):
@@ -116,7 +119,7 @@ def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
             events=tuple(each.event() for each in file.events),
             ratio_times_wheelbase=None if product is None else Remembered(product.value_m, product.sd_m),
         )
-    except ValueError as error:
+    except (ValueError, OncenterError) as error:
         raise refusal(f"{what}: {error}", _CODE) from None
     except OverflowError as error:  # a date outside the calendar
         raise refusal(f"{what} has an impossible date: {error}", _CODE) from None

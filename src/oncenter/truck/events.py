@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
@@ -72,6 +73,12 @@ def event_of(kind: str, date: str, by_deg: float | None = None) -> Event:
     if not abs(by_deg) <= APPLIED_MAX_DEG:
         raise _refusal(f"a calibration adds {-APPLIED_MAX_DEG:g} to {APPLIED_MAX_DEG:g} deg, got {by_deg:g}")
     return Event(time_s, kind, by_deg * DEGREE)
+
+
+def with_stated(events: Iterable[Event], stated: Iterable[Event]) -> tuple[Event, ...]:
+    """In order of time and kind; a newly stated one takes the place of one of the same kind and time."""
+    one_each = {(event.time_s, event.kind): event for event in (*events, *stated)}
+    return tuple(one_each[key] for key in sorted(one_each))
 
 
 def _refusal(why: str) -> OncenterError:

@@ -18,7 +18,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 ROOT = Path(__file__).parents[1]
-HEADERS = sorted(ROOT.glob("core/*/*.h")) + sorted(ROOT.glob("src/oncenter/simulate/native/*.h"))
+HEADERS = sorted(ROOT.glob("core/*/*.h")) + sorted(ROOT.glob("src/oncenter/*/native/*.h"))
 LOCKS = ("requirements.lock", "requirements.demo.lock", "wheels/requirements.txt")
 MADE_BY_COMMANDS = {"demo/drive.log", "demo/report.html", ".venv/bin/oncenter", ".venv/bin/python"}
 
@@ -193,10 +193,11 @@ GROUP = re.compile(r"/\* (Derived\.|Numerical\.|Tuned, in tuned\.toml: \w+) \*/"
 TUNED_BLOCK = re.compile(r"^/\* Tuned, in tuned\.toml: \w+ \*/$.*?^/\* end \*/\n\n", re.DOTALL | re.MULTILINE)
 
 
-C_FILES = sorted((ROOT / "core").rglob("*.c"))
+CORE_C_FILES = sorted((ROOT / "core").rglob("*.c"))
+C_FILES = CORE_C_FILES + sorted(ROOT.glob("src/oncenter/*/native/*.c"))
 
 
-@pytest.mark.parametrize("path", C_FILES, ids=lambda path: path.name)
+@pytest.mark.parametrize("path", CORE_C_FILES, ids=lambda path: path.name)
 def test_the_constants_of_a_file_say_whether_they_are_derived_numerical_or_tuned(path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
     groups = [line for line in lines if line.startswith(("/* Derived", "/* Numerical", "/* Tuned"))]

@@ -58,7 +58,7 @@ def truck_like(sprung_share: float = 1.0, stiffness_per_load: float = 8.5) -> An
     p.D_f, p.D_r = -2.0 / p.T_f, -2.0 / p.T_r  # rigid axles: no camber from springs
     p.tire.p_ky1, p.tire.p_dy1, p.tire.p_dy3 = -stiffness_per_load, 0.8, 0.0
     for shift in ("p_hx1", "p_vx1", "p_hy1", "p_vy1", "r_hx1", "r_hy1", "r_vy1"):
-        setattr(p.tire, shift, 0.0)  # side force without slip of one car tyre, which jumps with the sign of its camber
+        setattr(p.tire, shift, 0.0)  # a car tyre's lateral force without slip, which jumps with the sign of its camber
     return p
 
 

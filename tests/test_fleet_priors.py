@@ -108,7 +108,7 @@ def test_trucks_of_one_load_teach_no_priors_and_the_line_says_why(
     assert run(["fleet", "priors", str(folder), "--output", str(file)]) == 1
     assert not file.exists()
     said = capsys.readouterr().err
-    assert "0 of 12 trucks" in said and "one load cannot part a pull from the accelerometer's zero" in said
+    assert "0 of 12 trucks" in said and "one load cannot separate a pull from an accelerometer bias" in said
 
 
 @pytest.fixture

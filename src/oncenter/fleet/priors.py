@@ -40,8 +40,8 @@ def write_priors(output: Path, path: Path) -> str:
         several = sum(has_several_loads(drives, priors_of()) for drives in everyone)
         raise OncenterError(
             f"no priors: {several} of {len(everyone)} trucks were driven at loads whose understeer gradients differ by "
-            f"20 % or more, {TRUCKS_MIN} are needed; one load cannot part a pull from the accelerometer's zero. Drives "
-            "answered by a given pull or play do not count",
+            f"20 % or more, {TRUCKS_MIN} are needed; one load cannot separate a pull from an accelerometer bias. "
+            "Drives answered by a given pull or play do not count",
             code="too_few_loads",
         )
     types = {stem: [drives for one, drives in trucks if one == stem] for stem in sorted({stem for stem, _ in trucks})}

@@ -301,8 +301,8 @@ def drives_differ(found: Kind, offsets: Sequence[float]) -> Finding:
     """Several offsets are likely, such as when the last drive alone has another one."""
     return found(
         f"the offset is not the same in all drives: {listed(offsets)}. The sensor may have moved or been calibrated, "
-        "or one drive may be wrong, so no number is sure. Drive once more: the next drive decides. If the truck was "
-        "calibrated or repaired, say so with --event"
+        "or one drive may be wrong, so the offset is not identified. Drive once more: the next drive decides. If the "
+        "truck was calibrated or repaired, say so with --event"
     )
 
 
@@ -319,7 +319,7 @@ def play_changed(found: Kind, change: now.Change, before: Sequence[str], after: 
 
 @finding("zero_differs_at_starts", "warning")
 def _differs_at_starts(found: Kind, offsets: Sequence[float]) -> Finding:
-    """From four drives on: their offsets exclude each other, and nearly every one differs from the one before."""
+    """Four drives or more, and histories with a relative zero have more than 90 % of the weight."""
     return found(
         f"the offset is another one in each drive: {listed(offsets)}. The zero of this steering wheel angle sensor "
         "changes at each start, so no stored correction can be right. The offset is that of the last drive"

@@ -4,8 +4,8 @@
 
 The parts: `tyres` (other radii in one log, the logs as files, and as ignitions of one core over save and restore),
 `puncture`, `quantities` (each that a drive identifies, by its spread in core/between_drives.toml and by three times
-that), `zeros` (sensors that are relative, remounted or healthy), `slips` (in one drive), `flanks` (drives that saw one
-flank each), and `plays` (repaired or worn between two ignitions of one core). Seeds from 1001 on are for reporting,
+that), `zeros` (sensors that are relative, remounted or healthy), `slips` (in one drive), `flanks` (drives that loaded
+one flank each), and `plays` (repaired or worn between two ignitions of one core). Seeds from 1001 on are for reporting,
 those from 1 on (--tuning) for tuning.
 """
 
@@ -135,16 +135,25 @@ def target_of(driven: Drive) -> float:
     return float(driven.target_rad[-1]) + driven.angle_per_m_s2 * (0.0 if math.isnan(pull_m_s2) else pull_m_s2)
 
 
-def over_ignitions(logs: Sequence[Signals], vehicle: Vehicle) -> Iterator[Record]:
-    """The answer after each log by one core that is saved, restored and started again before each."""
+def one_hour(_before: Signals, _after: Signals) -> float:
+    return 3600.0
+
+
+def over_ignitions(
+    logs: Sequence[Signals], vehicle: Vehicle, off_s: Callable[[Signals, Signals], float] = one_hour
+) -> Iterator[Record]:
+    """The answer after each log by one core that is saved, restored and started again before each.
+
+    `off_s`: s without ignition between two logs.
+    """
     params = params_of(vehicle, None)
     widths = track_widths(vehicle, "joint", logs)
     image = b""
-    for log in logs:
+    for k, log in enumerate(logs):
         core = core_of(vehicle, log.rate_hz, method="joint", params=params, track_widths=widths)
         if image:
             assert core.restore(image)[0] == "ok"
-            core.restart(3600.0)
+            core.restart(off_s(logs[k - 1], log))
         core.run({name: log.columns[name] for name in _core.COLUMNS if name in log.columns})
         image = core.save(1)
         yield dict(core.answer())

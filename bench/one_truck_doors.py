@@ -1,6 +1,6 @@
 """The doors by which a truck's drives are combined, each as one function from drives to its answers after some of them.
 
-Only this file knows how a door is called. All angles in deg.
+A door is called only here. All angles in deg.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from drives_that_differ import over_ignitions
 from one_truck_drives import Driven
 
 import oncenter as oc
@@ -19,10 +20,9 @@ from oncenter.errors import OncenterError
 from oncenter.fleet.drive import of_answer
 from oncenter.fleet.ranking import OfTruck, histories, mark_copies
 from oncenter.memory import TruckMemory, offset_with_memory
-from oncenter.offset.inputs import params_of, track_widths
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.fingerprint import fingerprint_of
-from oncenter.vehicle import Vehicle, core_of
+from oncenter.vehicle import Vehicle
 from oncenter.verdict import verdicts_of
 
 NAN = math.nan
@@ -36,7 +36,7 @@ class Said:
 
     `whole` is the 95 % interval with all causes, `own` that of the driving. `states` are verdicts by what they are
     about. `refusal` is the code of an error in place of an answer. `valid_alone` counts the drives that are valid
-    alone, -1 where the door does not know it.
+    alone, -1 where the door has no count.
     """
 
     status: str
@@ -73,14 +73,9 @@ def memory(drives: Sequence[Driven], wanted: Collection[int]) -> Iterator[tuple[
     """`oncenter offset LOG --memory FILE`, one drive after another."""
     known = TruckMemory(drives[0].vehicle.name)
     for count, drive in enumerate(drives[: max(wanted)], 1):
-        answer, known = after_one_more(drive.signals, drives[0].vehicle, known)
+        answer, known = offset_with_memory([drive.signals], drives[0].vehicle, known)
         if count in wanted:
             yield count, of_words(answer)
-
-
-def after_one_more(signals: Signals, vehicle: Vehicle, known: Any) -> tuple[oc.Answer, Any]:
-    """The answer of a new drive, and what is kept after it."""
-    return offset_with_memory([signals], vehicle, known)
 
 
 def fleet(drives: Sequence[Driven], wanted: Collection[int]) -> Iterator[tuple[int, Said]]:
@@ -139,21 +134,15 @@ def of_rows(rows: list[dict[str, Any]], vehicle: Vehicle) -> Said:
 
 def ecu(drives: Sequence[Driven], wanted: Collection[int]) -> Iterator[tuple[int, Said]]:
     """One core that is saved, restored and started again before each drive, after the time that the truck stood."""
-    vehicle = drives[0].vehicle
-    params = params_of(vehicle, None)
-    widths = track_widths(vehicle, "joint", _signals(drives[:1]))
-    image, ended_s = b"", 0.0
-    for count, drive in enumerate(drives[: max(wanted)], 1):
-        signals = drive.signals
-        core = core_of(vehicle, signals.rate_hz, method="joint", params=params, track_widths=widths)
-        begin_s = signals.begin_s or 0.0
-        if image:
-            assert core.restore(image)[0] == "ok"
-            core.restart(max(begin_s - ended_s, 0.0))
-        core.run({name: signals.columns[name] for name in _core.COLUMNS if name in signals.columns})
-        image, ended_s = core.save(1), begin_s + signals.duration_s
+    logs = _signals(drives[: max(wanted)])
+    for count, answer in enumerate(over_ignitions(logs, drives[0].vehicle, _between), 1):
         if count in wanted:
-            yield count, _of_core(core.answer())
+            yield count, _of_core(answer)
+
+
+def _between(before: Signals, after: Signals) -> float:
+    """s from the end of one log to the start of the next."""
+    return max((after.begin_s or 0.0) - ((before.begin_s or 0.0) + before.duration_s), 0.0)
 
 
 def _of_core(answer: Any) -> Said:

@@ -1,3 +1,4 @@
+#include "bounds.h"
 #include "methods.h"
 
 #include <math.h>
@@ -118,10 +119,6 @@ static double residual_of(const oc_tick *tick, const oc_evidence *evidence, cons
                : tick->motion.residual;
 }
 
-static double limited_quantity(double value) {
-    return value > quantity_max ? quantity_max : value < -quantity_max ? -quantity_max : value;
-}
-
 /* (34), (35): a block of clean ticks is final after t1, and then updates the estimates. */
 bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
                                 const oc_coefficients *c) {
@@ -131,8 +128,8 @@ bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_e
     const uint32_t reasons = tick->reasons;
     oc_moments block;
     const double i = c->vehicle.steering_ratio;
-    const double y = limited_quantity(residual_of(tick, evidence, c));
-    const double x = limited_quantity(i * motion->lateral_acceleration);
+    const double y = oc_clamp_size_double(residual_of(tick, evidence, c), quantity_max);
+    const double x = oc_clamp_size_double(i * motion->lateral_acceleration, quantity_max);
     const double w = c->ratio_times_wheelbase / (speed > 1.0 ? speed : 1.0);
     bool is_final = false;
 

@@ -21,3 +21,7 @@ float oc_clamp_size(float value, float limit) {
     const float size = oc_min(fabsf(value), limit);
     return value < 0.0f ? -size : size;
 }
+
+double oc_clamp_size_double(double value, double limit) {
+    return value > limit ? limit : value < -limit ? -limit : value;
+}

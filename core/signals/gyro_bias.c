@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "bounds.h"
+
 enum { BIAS, DRIFT, FIRST_OF_AXLE };
 
 /* Derived. */
@@ -51,10 +53,6 @@ static int state_of(int32_t axle, int which) {
 
 /* The filter processes a block step by step, one between two ticks, to limit the peak load of a tick. */
 enum { NOTHING_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE = OC_GYRO_BIAS_PIECES };
-
-static double clamp_size(double value, double limit) {
-    return value > limit ? limit : value < -limit ? -limit : value;
-}
 
 static double squared(double value) {
     return value * value;
@@ -156,7 +154,7 @@ static void predict(oc_gyro_bias *state, const oc_params *p, double time) {
     past->covariance[BIAS] += (float)t * past->covariance[DRIFT];
     past->covariance[DRIFT] *= (float)kept;
     state->time = time;
-    state->x[BIAS] = clamp_size(state->x[BIAS] + t * state->x[DRIFT], state_max);
+    state->x[BIAS] = oc_clamp_size_double(state->x[BIAS] + t * state->x[DRIFT], state_max);
     state->x[DRIFT] *= kept;
     for (int k = 0; k < OC_GYRO_BIAS_STATES; ++k) {
         state->P[BIAS][k] += t * state->P[DRIFT][k];
@@ -180,7 +178,7 @@ static void update(oc_gyro_bias *state, const double *Ph, float past_covariance,
                    double per_variance) {
     for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
         const double gain = Ph[j] * per_variance;
-        state->x[j] = clamp_size(state->x[j] + gain * innovation, state_max);
+        state->x[j] = oc_clamp_size_double(state->x[j] + gain * innovation, state_max);
         for (int k = 0; k <= j; ++k) {
             state->P[j][k] -= gain * Ph[k];
             state->P[k][j] = state->P[j][k];
@@ -283,7 +281,7 @@ static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *des
 
 /* Two-sided. True when a sum exceeds the limit, which resets both. */
 static bool cusum(oc_gyro_bias_cusum *sums, double innovation) {
-    const float s = (float)clamp_size(innovation, cusum_clip);
+    const float s = (float)oc_clamp_size_double(innovation, cusum_clip);
     const float up = sums->up + s - cusum_slack, down = sums->down - s - cusum_slack;
     const bool exceeds = up > cusum_limit || down > cusum_limit;
     sums->up = up > 0.0f && !exceeds ? up : 0.0f;

@@ -51,18 +51,21 @@ class Change:
         }
 
 
-def changes_of(native: _core.OcAnswer, found_by: Sequence[int], drives: Sequence[Signals]) -> tuple[Change, ...]:
+def changes_of(
+    native: _core.OcAnswer, found_by: Sequence[int], drives: Sequence[Signals], before: int = 0
+) -> tuple[Change, ...]:
     """The changes that the core keeps, in order of time.
 
     Args:
         native: the core's oc_answer as a dict.
         found_by: of each drive, how many changes had been found when it ended.
         drives: in the order of the run.
+        before: how many changes had been found before the run.
     """
-    if native["changes"] == 0:
+    if native["changes"] <= before:
         return ()
     kept = len(native["changed"])
-    numbers = range(max(0, native["changes"] - kept), native["changes"])
+    numbers = range(max(before, native["changes"] - kept), native["changes"])
     found = [native["changed"][number % kept] for number in numbers]
     after = [*(later["before"] for later in found[1:]), native["offset"]["value"]]
     return tuple(

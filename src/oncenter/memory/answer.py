@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import compress
 from pathlib import Path
 
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimates.estimates import DEFAULT_METHOD, Method
 from oncenter.memory.log import start_of_drive
-from oncenter.memory.truck import PastDrive, Remembered, TruckMemory, settings_of
+from oncenter.memory.truck import Remembered, TruckMemory, settings_of, with_added
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.signals import Signals
@@ -49,14 +50,18 @@ def offset_with_memory(
             f"a memory needs method '{_USES_MEMORY}', got '{method}'", code="method", exit_code=WRONG_USAGE
         )
     _refuse_another_truck(drives, memory)
-    dated = [replace(drive, start_s=start_of_drive(drive, _path(drive))) for drive in drives]
-    keys = {drive.log: fingerprint_of(drive) for drive in dated}
-    again = [log for log, key in keys.items() if memory.has(key)]
-    memory = replace(memory, events=with_stated(memory.events, events))
     vehicle = _with_remembered_product(vehicle, memory)
     settings = settings_of(vehicle, params)
-    others = replace(memory, drives=tuple(d for d in memory.drives if not any(d.is_of(keys[log]) for log in again)))
-    rows = others.rows_of(vehicle, params)
+    memory = replace(memory, events=with_stated(memory.events, events))
+    dated = [replace(drive, start_s=start_of_drive(drive, _path(drive))) for drive in drives]
+    keys = list(map(fingerprint_of, dated))
+    known = [memory.contains(key, drive.duration_s, settings) for key, drive in zip(keys, dated, strict=True)]
+    again = [drive.log for drive, is_known in zip(dated, known, strict=True) if is_known]
+    if not all(known):  # else the answer is that on these drives, and they count once
+        new = [not is_known for is_known in known]
+        dated, keys = list(compress(dated, new)), list(compress(keys, new))
+    others = [drive for drive in memory.drives if not any(map(drive.is_of, keys))]
+    rows = [drive.row for drive in others if drive.settings == settings]
     answer = offset(
         dated,
         vehicle,
@@ -67,16 +72,18 @@ def offset_with_memory(
         progress=progress,
     )
     answer = _noted(answer, _again(again))
-    answer = _noted(answer, _left_out(len(others.drives) - len(rows)))
+    answer = _noted(answer, _left_out(len(others) - len(rows)))
     if answer.sensor_fault != "none" or answer.offset.status == "invalid":
         return _noted(answer, _NOTHING_ADDED), memory
-    after = replace(
+    if all(known):
+        return answer, memory
+    named = [(drive.log, key) for drive, key in zip(dated, keys, strict=True)]
+    return answer, replace(
         memory,
         vin=memory.vin or answer.vin,
-        drives=(*others.drives, *_added(answer, keys, settings)),
+        drives=with_added(others, answer.rows, named, settings),
         ratio_times_wheelbase=_product(answer) or memory.ratio_times_wheelbase,
     )
-    return answer, memory if again and len(again) == len(keys) else after
 
 
 def _refuse_another_truck(drives: Sequence[Signals], memory: TruckMemory) -> None:
@@ -92,10 +99,6 @@ def _refuse_another_truck(drives: Sequence[Signals], memory: TruckMemory) -> Non
             code="different_trucks",
             exit_code=WRONG_USAGE,
         )
-
-
-def _added(answer: Answer, keys: Mapping[str, str], settings: str) -> list[PastDrive]:
-    return [PastDrive(tuple(keys[log] for log in row.logs if log in keys), row, settings) for row in answer.rows]
 
 
 def _with_remembered_product(vehicle: Vehicle, memory: TruckMemory) -> Vehicle:

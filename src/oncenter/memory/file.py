@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import base64
 import os
+import zlib
 from collections.abc import Iterator
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -24,6 +27,8 @@ from oncenter.utc import iso
 SCHEMA, _FORMER = "oncenter/truck-2", "oncenter/truck-1"
 _CODE = "memory_file"  # of errors
 _HEAD = "# Drives of this truck: `oncenter offset --memory` reads and updates this file.\n"
+
+_IMAGE_MAX = 1 << 17  # bytes
 
 _Text = Annotated[str, Field(max_length=1000)]
 
@@ -59,6 +64,7 @@ class _Drive(BaseModel):
     settings: _Text
     date: datetime
     status: Annotated[str, Field(max_length=100)]
+    core: Annotated[str, Field(max_length=100_000)] = ""
 
     def drive(self) -> PastDrive:
         """
@@ -66,7 +72,7 @@ class _Drive(BaseModel):
             ValueError: a column is missing or out of range.
         """
         row = row_in(self.model_extra or {}, status=self.status, start_s=_seconds(self.date), logs=tuple(self.logs))
-        return PastDrive(tuple(self.fingerprints), row, self.settings)
+        return PastDrive(tuple(self.fingerprints), replace(row, image=_image_of(self.core)), self.settings)
 
 
 class _File(_Table):
@@ -125,6 +131,19 @@ def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
         raise refusal(f"{what} has an impossible date: {error}", _CODE) from None
 
 
+def _image_of(text: str) -> bytes:
+    """
+    Raises:
+        ValueError: not base64 of compressed bytes.
+    """
+    try:
+        return zlib.decompressobj().decompress(base64.b64decode(text, validate=True), _IMAGE_MAX)
+    except (ValueError, zlib.error):
+        raise ValueError(
+            "'core' is damaged: delete its line, and a log soon after this drive counts as a drive"
+        ) from None
+
+
 def _seconds(date: datetime) -> float:
     return (date if date.tzinfo else date.replace(tzinfo=UTC)).timestamp()
 
@@ -172,6 +191,8 @@ def _drive_lines(drive: PastDrive) -> Iterator[str]:
     for name, value in columns_of(row).items():
         if value is not None:
             yield entry(name, _rounded(value) if isinstance(value, float) else value)
+    if row.image:
+        yield entry("core", base64.b64encode(zlib.compress(row.image)).decode())
 
 
 def _rounded(value: Any) -> float:

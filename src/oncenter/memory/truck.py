@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from oncenter import _core
 from oncenter.offset.inputs import params_of
@@ -11,6 +11,8 @@ from oncenter.truck.events import Event
 from oncenter.truck.fingerprint import are_same
 from oncenter.truck.row import Row
 from oncenter.vehicle import Vehicle
+
+_ALIKE_S = 1.0  # of the lengths of a log and of its copy in another format
 
 
 @dataclass(frozen=True)
@@ -62,8 +64,38 @@ class TruckMemory:
         settings = settings_of(vehicle, params)
         return [drive.row for drive in self.drives if drive.settings == settings]
 
-    def has(self, key: str) -> bool:
-        return any(drive.is_of(key) for drive in self.drives)
+    def contains(self, key: str, length_s: float, settings: str) -> bool:
+        """Whether a log of this length is one of a drive with these settings, or a part of it."""
+        return any(
+            drive.is_of(key) and drive.settings == settings and length_s < drive.row.length_s + _ALIKE_S
+            for drive in self.drives
+        )
+
+
+def with_added(
+    former: Sequence[PastDrive], rows: Sequence[Row], keys: Iterable[tuple[str, str]], settings: str
+) -> tuple[PastDrive, ...]:
+    """The drives after an answer with these rows; a row may go on with a former drive, and replaces it. Only the newest
+    drive keeps its image.
+
+    Args:
+        keys: name and fingerprint of each log, in order of time.
+    """
+    drives, new = list(former), list(keys)
+    for row in rows:
+        begun = next((drive for drive in drives if drive.row.image and drive.row.start_s == row.start_s), None)
+        key = () if begun is None else begun.key
+        if begun is not None:
+            drives.remove(begun)
+        for name in row.logs[0 if begun is None else len(begun.row.logs) :]:
+            pair = next(pair for pair in new if pair[0] == name)
+            new.remove(pair)
+            key = (*key, pair[1])
+        drives.append(PastDrive(key, row, settings))
+    newest = max((drive.row.start_s for drive in drives), default=0.0)
+    return tuple(
+        drive if drive.row.start_s == newest else replace(drive, row=replace(drive.row, image=b"")) for drive in drives
+    )
 
 
 def settings_of(vehicle: Vehicle, params: Mapping[str, float] | None) -> str:

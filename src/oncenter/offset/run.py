@@ -35,9 +35,13 @@ from oncenter.offset.inputs import (
     check_without,
     continues,
     drives_in,
+    end_of,
     in_order,
+    is_short,
     needed,
     params_of,
+    pieces_in,
+    stop_between,
     track_widths,
     with_torque,
     without_copies,
@@ -84,7 +88,8 @@ def offset(
 
     Args:
         signals: from `oncenter.read` or `oncenter.simulate`; several are put in order of time. The joint method answers
-            each drive alone and combines the drives since the last change of the offset.
+            each drive alone and combines the drives since the last change of the offset. Logs with stops of half an
+            hour at most between are one drive.
         vehicle: from `oncenter.vehicle`, or the path of its file; its `[params]` apply. Without it, or without its
             wheelbase or steering ratio, the joint method estimates the product of both.
         method: "joint", offset, understeer gradient, play and gyro bias together; "thesis", (36) to (38) of
@@ -92,7 +97,8 @@ def offset(
             where the log has it), whose track width the vehicle file must give.
         params: override the vehicle's; names and units as in core/truck/params.h.
         before: `Answer.rows` of other drives of this truck, answered with the same vehicle and params; of the joint
-            method. The answer is the truck's by all drives.
+            method. The answer is the truck's by all drives. The first of these drives goes on with the last of those
+            where the truck stood for half an hour at most; its row is then that of both.
         events: what a person states of the truck, see `oncenter.truck.events`; of the joint method.
         progress: called with the fraction done.
 
@@ -146,7 +152,7 @@ def _of_all(
     if vehicle.assumed:
         return _of_unknown(result, logs, vehicle, params, past)
     fitted = fitted_vehicle(
-        result.native, logs, vehicle, params, lambda other: _result(logs, other, params, method, _Past(), None).native
+        result.native, logs, vehicle, params, lambda other: _result(logs, other, params, method, _NO_PAST, None).native
     )
     if fitted is None:
         return _whole(result, vehicle, method, params)
@@ -194,24 +200,41 @@ class _Past(NamedTuple):
     events: tuple[Event, ...] = ()
 
 
+_NO_PAST = _Past()
+
+
 class _Run(NamedTuple):
-    """One drive: the core's answer, wider for a coarse recording, the changes in it, its logs, and the core."""
+    """One drive: the core's answer, wider for a coarse recording, the changes in it, its logs, and the core; `former`
+    is the row of the same drive's former logs. `had_fault`: a signal was at fault at the end of one of the logs."""
 
     native: _core.OcAnswer
     changes: tuple[Change, ...]
     coarse: Coarseness
     logs: Sequence[Signals]
     core: _core.Core
+    former: Row | None = None
+    had_fault: bool = False
 
     def row(self, vehicle: Vehicle, params: Mapping[str, float]) -> Row:
         """The drive as evidence on its truck."""
         moved = [change for change in self.changes if change.size_rad is not None]
         size = sum(change.size_rad or 0.0 for change in moved)
         sd = math.hypot(*(change.sd_rad or 0.0 for change in moved))
-        begin_s = self.logs[0].begin_s
+        begin_s, end_s, names = self.logs[0].begin_s, end_of(self.logs[-1]), tuple(log.log for log in self.logs)
         start_s = math.nan if begin_s is None else begin_s
-        names = tuple(log.log for log in self.logs)
-        return row_of(self.core, self.native, vehicle, params, start_s, (size, sd), names)
+        if self.former is not None:
+            start_s, names = self.former.start_s, (*self.former.logs, *names)
+            size, sd = size + self.former.moved, math.hypot(sd, self.former.moved_sd)
+        return row_of(
+            self.core,
+            self.native,
+            vehicle,
+            params,
+            start_s=start_s,
+            length_s=end_s - start_s if math.isfinite(end_s) else self.native["duration"],
+            moved=(size, sd),
+            logs=names,
+        )
 
 
 class _Result(NamedTuple):
@@ -237,16 +260,19 @@ def _result(
     progress: Callable[[float], None] | None,
 ) -> _Result:
     """By the joint method each drive is answered alone, and the truck's model combines them."""
-    drives = drives_in(logs) if method == "joint" else (logs,)
-    runs = [_run_over(drive, vehicle, params, method, progress) for drive in drives]
+    drives = drives_in(logs, past.events) if method == "joint" else (logs,)
+    runs = _runs_over(drives[0], vehicle, params, method, progress, past)
+    for drive in drives[1:]:
+        runs += _runs_over(drive, vehicle, params, method, progress)
+    rows = [row for row in past.rows if row is not runs[0].former]
     fit = [run for run in runs if not has_signal_fault(run.native)] or runs[-1:]
     left_out = tuple(_left_out(run.native, run.logs, vehicle) for run in runs if not any(run is each for each in fit))
-    if len(fit) == 1 and not past.rows:
+    if len(fit) == 1 and not rows:
         return _Result(*fit[0][:3], tuple(fit[0].logs), fit, left_out=left_out)
     from oncenter.offset.several_logs import Drive, changes_of_all, combined  # late: one log needs no model
 
     answered = [Drive(run.row(vehicle, params), tuple(run.logs), run.native, run.changes) for run in fit]
-    together = combined([*map(Drive, past.rows), *answered], params, past.events)
+    together = combined([*map(Drive, rows), *answered], params, past.events)
     since = tuple(log for drive in together.drives for log in drive.logs) or answered[-1].logs
     return _Result(together.native, changes_of_all(together), coarseness_of(since), since, fit, together, left_out)
 
@@ -269,25 +295,44 @@ def _left_out(native: _core.OcAnswer, logs: Sequence[Signals], vehicle: Vehicle)
     return replace(fault, severity="warning", text=f"{names}: {text}")
 
 
+def _runs_over(
+    logs: tuple[Signals, ...],
+    vehicle: Vehicle,
+    params: Mapping[str, float],
+    method: Method,
+    progress: Callable[[float], None] | None,
+    past: _Past = _NO_PAST,
+) -> list[_Run]:
+    """One drive, which may go on with one of the past; a signal fault in one of its logs spoils only that log."""
+    run, parts = _run_over(logs, vehicle, params, method, progress, past), pieces_in(logs)
+    if not run.had_fault or (len(parts) == 1 and run.former is None):
+        return [run]
+    return [_run_over(part, vehicle, params, method, None) for part in parts]
+
+
 def _run_over(
     logs: Sequence[Signals],
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
     progress: Callable[[float], None] | None,
+    past: _Past = _NO_PAST,
 ) -> _Run:
-    core, changes_found = _run(logs, vehicle, params, method, progress, None)
+    core, former = _begun(logs, vehicle, params, method, past)
+    found_before = 0 if former is None else core.answer()["changes"]
+    ends = _run(core, logs, progress, None)
     coarse = coarseness_of(logs)
     native = widened(core.answer(), coarse, method, params)
     if native["yaw_rate_bias_alarm_time"] > 0.0:
-        native["yaw_rate_bias_moved"] = _bias_moved(logs, vehicle, params, method)
-    return _Run(native, changes_of(native, changes_found, logs), coarse, logs, core)
+        native["yaw_rate_bias_moved"] = _bias_moved(_begun(logs, vehicle, params, method, past)[0], logs)
+    changes = changes_of(native, [end["changes"] for end in ends], logs, found_before)
+    return _Run(native, changes, coarse, logs, core, former, any(map(has_signal_fault, ends)))
 
 
-def _bias_moved(logs: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float], method: Method) -> float:
+def _bias_moved(core: _core.Core, logs: Sequence[Signals]) -> float:
     """By a second run with the outputs of all ticks: few drives have an alarm."""
     outputs, course = np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE), BiasCourse()
-    _run(logs, vehicle, params, method, None, outputs)
+    _run(core, logs, None, outputs)
     course.take(outputs)
     return course.moved_rad_s
 
@@ -341,28 +386,40 @@ def outputs_of(answer: Answer) -> npt.NDArray[np.void]:
     outputs = []
     for logs in drives:
         outputs.append(np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE))
-        _run(logs, answer.vehicle, answer.params, answer.method, None, outputs[-1])
+        _run(_begun(logs, answer.vehicle, answer.params, answer.method)[0], logs, None, outputs[-1])
     return np.concatenate(outputs)
 
 
-def _run(
-    logs: Sequence[Signals],
-    vehicle: Vehicle,
-    params: Mapping[str, float],
-    method: Method,
-    progress: Callable[[float], None] | None,
-    outputs: npt.NDArray[np.void] | None,
-) -> tuple[_core.Core, list[int]]:
-    """The core after all logs, and the number of changes found by the end of each; fills `outputs`, one row per tick,
-    when given. Between two logs that do not continue each other the ignition was off."""
+def _begun(
+    logs: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float], method: Method, past: _Past = _NO_PAST
+) -> tuple[_core.Core, Row | None]:
+    """A core before these logs, and the row of the same drive's former logs, with which it goes on after an ignition.
+    A core with another truck or rate cannot go on with it."""
     widths = track_widths(vehicle, method, logs)
     core = core_of(vehicle, logs[0].rate_hz, method=method, params=params, track_widths=widths)
+    for row in past.rows:
+        stop_s = stop_between(row.start_s + row.length_s, logs[0], past.events)
+        if row.image and is_short(stop_s) and core.restore(row.image)[0] == "ok":
+            core.restart(stop_s)
+            return core, row
+    return core, None
+
+
+def _run(
+    core: _core.Core,
+    logs: Sequence[Signals],
+    progress: Callable[[float], None] | None,
+    outputs: npt.NDArray[np.void] | None,
+) -> list[_core.OcAnswer]:
+    """Runs the core over all logs; returns its answer at the end of each. Fills `outputs`, one row per tick, when
+    given. Between two logs that do not continue each other the ignition was off."""
     rows = sum(log.ticks for log in logs)
     done = 0
-    changes_found = []
+    ends = []
     for before, drive in zip((None, *logs), logs, strict=False):
         if before is not None and not continues(before, drive):
-            core.restart()
+            stop_s = stop_between(end_of(before), drive)
+            core.restart(stop_s if stop_s > 0.0 else 0.0)
         columns = {name: drive.columns[name] for name in _core.COLUMNS if name in drive.columns}
         for start in range(0, drive.ticks, _ROWS_AT_ONCE):
             part = {name: column[start : start + _ROWS_AT_ONCE] for name, column in columns.items()}
@@ -371,5 +428,5 @@ def _run(
             done += count
             if progress is not None:
                 progress(done / rows)
-        changes_found.append(core.answer()["changes"])
-    return core, changes_found
+        ends.append(core.answer())
+    return ends

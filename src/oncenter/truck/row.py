@@ -27,6 +27,7 @@ class Row:
     `standing` is the mean lateral acceleration at standstill. `measured`: an accelerometer measures the bank.
     `side` is 1 where traffic keeps right, -1 left, 0 not configured. `start_s` since 1970; NaN where unknown. `moved`
     is the change of the offset that the core found within the drive, after which the evidence holds; 0: none.
+    `length_s` is from begin to end. `image` is the core after the drive, which a further log may continue; empty: none.
     """
 
     modes: Numbers  # (modes, 10), as evidence.modes_of
@@ -51,6 +52,7 @@ class Row:
     moved: float = 0.0  # rad
     moved_sd: float = 0.0
     logs: tuple[str, ...] = ()  # their names
+    image: bytes = b""
 
     @property
     def is_usable(self) -> bool:
@@ -63,7 +65,9 @@ def row_of(
     native: _core.OcAnswer,
     vehicle: Vehicle,
     params: Mapping[str, float],
+    *,
     start_s: float,
+    length_s: float,
     moved: tuple[float, float] = (0.0, 0.0),
     logs: tuple[str, ...] = (),
 ) -> Row:
@@ -96,13 +100,14 @@ def row_of(
         ratio=vehicle.ratio_near_centre,
         side=vehicle.traffic_sign,
         start_s=start_s,
-        length_s=native["duration"],
+        length_s=length_s,
         used_s=native["used"],
         left_s=native["loaded_left_s"],
         right_s=native["loaded_right_s"],
         moved=moved[0],
         moved_sd=moved[1],
         logs=logs,
+        image=core.save(0),
     )
 
 

@@ -23,7 +23,7 @@ ABOUT_EVIDENCE = (
 @dataclass(frozen=True)
 class Column:
     """A column, and its member of a `Row`; `unit` is the column's unit in units of the member. Beyond `minimum` and
-    `maximum` is no number of a drive: they are far from any truck, and keep the model's numbers finite."""
+    `maximum` are numbers that no drive has: far from any truck, they keep the model's numbers finite."""
 
     name: str
     member: str
@@ -117,7 +117,7 @@ def _modes_in(text: object) -> Numbers:
 
 
 def _are_densities(modes: Numbers) -> bool:
-    """Whether the information of each mode is positive semidefinite, but for rounding."""
+    """Whether the information of each mode is positive semidefinite, except for rounding."""
     row, column = np.tril_indices(3)
     information = np.zeros((len(modes), 3, 3))
     information[:, row, column] = information[:, column, row] = modes[:, 1:7]

@@ -19,6 +19,7 @@ from oncenter import _core
 from oncenter.errors import OncenterError
 from oncenter.fleet.drive import of_answer
 from oncenter.fleet.ranking import OfTruck, histories, mark_copies
+from oncenter.fleet.several_logs import in_one_drive
 from oncenter.memory import TruckMemory, offset_with_memory
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.fingerprint import fingerprint_of
@@ -83,14 +84,19 @@ def fleet(drives: Sequence[Driven], wanted: Collection[int]) -> Iterator[tuple[i
     rows = []
     for count, drive in enumerate(drives[: max(wanted)], 1):
         rows.append(row_of(drive, count))
+        former = drives[count - len(in_one_drive(rows, ())[-1]) : count - 1]
+        if former:
+            keys = [row["key"] for row in rows[-1 - len(former) :]]
+            rows[-1]["drive"] = row_of(drive, count, former) | {"keys": keys}
         if count in wanted:
             yield count, of_rows([dict(row) for row in rows], drives[0].vehicle)
 
 
-def row_of(drive: Driven, number: int) -> dict[str, Any]:
-    """A drive's row as `oncenter.fleet.drive.Work` makes it from a log."""
+def row_of(drive: Driven, number: int, former: Sequence[Driven] = ()) -> dict[str, Any]:
+    """A drive's row as `oncenter.fleet.drive.Work` makes it from a log, or from several with short stops between."""
     signals = drive.signals
-    answer = oc.offset(signals, drive.vehicle)
+    answer = oc.offset([*_signals(former), signals], drive.vehicle)
+    whole = {"start": answer.rows[0].start_s, "duration_s": answer.rows[0].length_s} if former else {}
     return {
         "log": signals.log,
         "truck": drive.vehicle.name,
@@ -102,6 +108,7 @@ def row_of(drive: Driven, number: int) -> dict[str, Any]:
         "span_s": signals.duration_s,
         "fingerprint": fingerprint_of(signals),
         **of_answer(answer),
+        **whole,
     }
 
 

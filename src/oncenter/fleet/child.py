@@ -22,8 +22,13 @@ def _work(night: str, vehicles: str, reports: str | None) -> Work:
 
 def _answer(request: Mapping[str, Any], send: Send) -> None:
     work = _work(request["night"], request["vehicles"], request["reports"])
-    log = request["log"]
-    send({"row": work(LogFile(**log | {"known": tuple(map(tuple, log["known"]))})), "last": True})
+    send({"row": work(_log_of(request["log"])), "last": True})
+
+
+def _log_of(given: Mapping[str, Any]) -> LogFile:
+    return LogFile(
+        **{**given, "known": tuple(map(tuple, given["known"])), "former": tuple(map(_log_of, given["former"]))}
+    )
 
 
 if __name__ == "__main__":

@@ -59,16 +59,17 @@ class Work:
                 if truck is not None and (key, truck.name, True) in log.known:
                     return copy_of(key, truck.name)
                 vehicle = self._vehicle(log, truck)
-                refuse_unreadable(path)
-                # in this process, which is a watched child already: a second child would have the same limits
-                signals = read_here(path, vehicle.signal_names, vehicle.databases(), {}, lambda fraction: None)
+                signals = _read(path, vehicle)
                 row |= {"span_s": _span_s(signals)} | when(log, signals)
                 row |= _largest_loss(signals)
                 row |= {"fingerprint": fingerprint_of(signals), "vin": signals.vin}
                 refuse_other_vin(row)
-                answer = offset(signals, vehicle)
+                former = [_former(each, vehicle) for each in log.former]
+                answer = offset([*former, signals], vehicle)
                 row |= of_answer(answer)
-                if self.reports is not None:
+                if log.former:
+                    row |= _of_one_drive(answer)
+                elif self.reports is not None:
                     _report(answer, self.reports, key)
         except OncenterError as error:
             row |= {"error_code": error.code, "error": printable(" ".join(str(error).split()))}
@@ -96,6 +97,25 @@ class Work:
                 code="unknown_truck",
             )
         return self.trucks.vehicle(truck.vehicle_file)
+
+
+def _read(path: Path, vehicle: Vehicle) -> Signals:
+    """In this process, which is a watched child already: a second child would have the same limits."""
+    refuse_unreadable(path)
+    return read_here(path, vehicle.signal_names, vehicle.databases(), {}, lambda fraction: None)
+
+
+def _former(log: LogFile, vehicle: Vehicle) -> Signals:
+    with at_hand(log) as (packed, _), unpacked_here(packed) as path:
+        return _read(path, vehicle)
+
+
+def _of_one_drive(answer: Answer) -> dict[str, Any]:
+    """The columns of a drive that are not those of its last log."""
+    if len(answer.rows) != 1:
+        raise OncenterError("a log of this drive has a signal at fault", code="several_drives")
+    (row,) = answer.rows
+    return {"start": row.start_s, "duration_s": row.length_s}
 
 
 def copy_of(key: str, truck: str) -> dict[str, Any]:

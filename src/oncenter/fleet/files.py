@@ -43,13 +43,15 @@ class LogFile:
     """One log. `uri` is a path (bytes that are no text are escaped by `os.fsdecode`), or `s3://bucket/key` with the key
     as it is: it may hold any character, so it is a name and no URI to be parsed. `options` open its store
     (`scheme=http&endpoint_override=…`); of a file of this machine they are empty, or `folder.OUTSIDE`. `known` are
-    drives that it may be a copy of: key, truck, and whether their answers hold."""
+    drives that it may be a copy of: key, truck, and whether their answers hold. `former` are the logs before this one
+    in the same drive, where that is to be answered as a whole."""
 
     uri: str
     options: str
     size: int
     modified_s: float
     known: tuple[tuple[str, str, bool], ...] = ()
+    former: tuple[LogFile, ...] = ()
 
 
 def refuse_credentials(places: Sequence[str]) -> None:

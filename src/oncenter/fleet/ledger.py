@@ -224,6 +224,25 @@ class Ledger:
         self._file.execute("DELETE FROM begun WHERE uri = ?", (uri,))
         self.commit()
 
+    def files_of(self, truck: str, keys: Sequence[str]) -> list[LogFile]:
+        """A file of each drive that is in its place in this night."""
+        sql = (
+            "SELECT uri, p.name, p.options, p.size, p.modified FROM seen JOIN planned p USING (uri)"
+            " WHERE key = ? AND truck = ? ORDER BY uri LIMIT 1"
+        )
+        found = (self._file.execute(sql, (key, truck)).fetchone() for key in keys)
+        return [
+            LogFile(name.decode(*NAME), options, size, modified, ((key, truck, False),))
+            for key, (_, name, options, size, modified) in zip(keys, filter(None, found), strict=False)
+        ]
+
+    def add_drive(self, truck: str, keys: Sequence[str], row: dict[str, Any]) -> None:
+        """The row of a drive of several logs with these keys, kept in that of the last one."""
+        kept, again = self._kept(keys[-1], truck)
+        if kept is not None:
+            self._store(keys[-1], kept | {"drive": row | {"keys": list(keys)}}, again=again)
+        self.commit()
+
     def _owner(self, key: str) -> str | None:
         """The truck of another file with this content, for one whose own is not named."""
         (truck,) = self._file.execute("SELECT min(truck) FROM drive WHERE key = ? AND truck != ''", (key,)).fetchone()

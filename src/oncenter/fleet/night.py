@@ -10,9 +10,9 @@ import os
 import sqlite3
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.child import READER_DEATHS, end_idle
 from oncenter.files.whole_file import remove_unfinished, write_whole
 from oncenter.fleet.engines import Engine, processes
-from oncenter.fleet.files import STORE, find_logs, refuse_credentials
+from oncenter.fleet.files import STORE, LogFile, find_logs, refuse_credentials
 from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.ledger_file import is_damage, is_ledger
 from oncenter.fleet.ledger_file import set_apart as set_apart_file
@@ -29,6 +29,7 @@ from oncenter.fleet.news import Kind, News, keep_for_next_night, kinds_of, news_
 from oncenter.fleet.progress import Progress
 from oncenter.fleet.trucks import Trucks
 from oncenter.fleet.watched import ANSWERER, Watched
+from oncenter.truck.events import Event
 
 _DRIVES_AT_ONCE = 150_000  # of trucks whose models are computed together: about 200 MB
 _UNREAD_MAX = 1000  # logs named in metrics.json for one reason
@@ -125,6 +126,7 @@ def run(
             found, to_do = ledger.plan(find_logs(places), trucks, retry, places)
             progress = Progress(to_do)
             rate = _answer_all(ledger, work, engine, progress)
+            _answer_drives(ledger, Watched(trucks), engine)
             try:
                 tables = _write_tables(folder, ledger, trucks, limit_deg)
             except OncenterError as error:
@@ -185,9 +187,37 @@ def _answer_all(ledger: Ledger, work: Watched, engine: Engine, progress: Progres
         rate = progress.rate
     finally:  # also of an interrupted run: its message begins a new line
         progress.end()
-    end_idle(ANSWERER)
     ledger.forget_left_behind()
     return rate
+
+
+def _answer_drives(ledger: Ledger, work: Watched, engine: Engine) -> None:
+    """Drives of several logs, each as a whole, see `oncenter.fleet.several_logs`."""
+    to_do = {log.uri: (log, truck, keys) for log, truck, keys in _drives_without_answer(ledger)}
+    progress = Progress(len(to_do))
+    try:
+        for log, row in engine(work, (log for log, _, _ in to_do.values())):
+            ledger.add_drive(*to_do[log.uri][1:], row)
+            progress.one_more(row)
+    finally:
+        progress.end()
+    end_idle(ANSWERER)
+
+
+def _drives_without_answer(ledger: Ledger) -> Iterator[tuple[LogFile, str, list[str]]]:
+    """The last log of each with the former ones, its truck, and the keys of all."""
+    from oncenter.fleet.several_logs import has_answer, in_one_drive
+
+    for truck, rows in ledger.by_truck():
+        events = ledger.events_of(truck)
+        counted = [row for row in _that_count(rows, events) if row.get("copy_of") is None]
+        for group in in_one_drive(counted, events):
+            if len(group) == 1 or has_answer(group):
+                continue
+            keys = [row["key"] for row in group]
+            files = ledger.files_of(truck, keys)
+            if len(files) == len(keys):
+                yield replace(files[-1], former=tuple(files[:-1])), truck, keys
 
 
 def _stopped(why: str) -> OncenterError:
@@ -236,9 +266,8 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
     """All tables and the page from the ledger, truck by truck."""
     from oncenter.fleet.page import Contents, write_page
     from oncenter.fleet.page_data import PageData, drive_data
-    from oncenter.fleet.ranking import OfTruck, histories, mark_copies, rank, vehicle_file_of
+    from oncenter.fleet.ranking import OfTruck, histories, rank, vehicle_file_of
     from oncenter.fleet.tables import CHANGES, DRIVES, TRUCKS, TableFile
-    from oncenter.fleet.vins import without_other_vins
     from oncenter.verdict.states import OF_OFFSET
 
     data = PageData(ledger.count_trucks())
@@ -262,9 +291,7 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
         held = 0
         for truck, rows in ledger.by_truck():
             events = ledger.events_of(truck)
-            rows = without_other_vins(rows, events)
-            mark_copies(rows)
-            rows = _without_removed(rows)
+            rows = _that_count(rows, events)
             stated += len(events)
             for row in rows:
                 drives.add(row)
@@ -306,6 +333,16 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
         "worst": tuple(ranked[:10]),
     }
     return _Tables(counts, ranked, unread)
+
+
+def _that_count(rows: list[dict[str, Any]], events: Sequence[Event]) -> list[dict[str, Any]]:
+    """A truck's rows without those of another VIN and those that a person removed; copies are marked."""
+    from oncenter.fleet.ranking import mark_copies
+    from oncenter.fleet.vins import without_other_vins
+
+    rows = without_other_vins(rows, events)
+    mark_copies(rows)
+    return _without_removed(rows)
 
 
 def _without_removed(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -14,6 +14,7 @@ from typing import Any
 
 from oncenter.fleet.history import readings_of
 from oncenter.fleet.offset_now import Offset, offset_of, with_priors
+from oncenter.fleet.several_logs import as_drives
 from oncenter.fleet.summaries import params_of_drive, row_of_drive
 from oncenter.fleet.tables import OFFSET, QUANTITIES
 from oncenter.fleet.undecided import would_decide
@@ -81,7 +82,7 @@ class OfTruck:
         self._at_fault, self._is_relative = _newest_fault(drives), _newest_has(drives, _RELATIVE)
         self._readings = {q.name: readings_of(drives, q.value, q.sd, q.status) for q in QUANTITIES[1:]}
         self._used_s = sum(drive.get("used_s") or 0.0 for drive in drives)
-        counted = [(drive, row) for drive in drives if (row := row_of_drive(drive)) is not None]
+        counted = [(d, row) for d in as_drives(drives, events) if (row := row_of_drive(d)) is not None]
         self.rows = usable((row for _, row in counted), events)
         self._drives = [drive for drive, row in counted if any(row is one for one in self.rows)]
         self.params = params_of_drive(self._drives[-1] if self._drives else {})

@@ -55,8 +55,9 @@ class Watched:
             "vehicles": os.fspath(self.trucks.folder),
             "reports": None if self.reports is None else os.fspath(self.reports),
         }
+        size = log.size + sum(former.size for former in log.former)
         with borrowed(ANSWERER) as child:
-            *_, (said, _) = child.ask(request, limits_for(log.size + self.trucks.dbc_size(log.uri)))
+            *_, (said, _) = child.ask(request, limits_for(size + self.trucks.dbc_size(log.uri)))
         row: dict[str, Any] = said["row"]
         return row
 

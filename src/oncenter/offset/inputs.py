@@ -85,8 +85,8 @@ def refuse_two_trucks(drives: Sequence[Signals]) -> None:
 
 
 _CONTINUES_S = 60.0  # between two logs of one clock: a logger began a new file
-# s: between two logs of one drive, in which the ignition was off. A core that goes on has learned what two rows tell
-# each for itself: half an hour in 20 logs has 2.1 times the half-width of one log, as rows 3.3 times. A truck is loaded
+# s: between two logs of one drive, in which the ignition was off. A core that goes on has learned what two rows
+# do not: half an hour in 20 logs has 2.1 times the half-width of one log, as rows 3.3 times. A truck is loaded
 # in longer stops, and a change of the load is better between two rows: a median error of 0.17 deg, not 0.34
 # (bench/one_truck.py, pieces; four of its loads, 40 min apart).
 _STOP_MAX_S = 1800.0
@@ -102,14 +102,14 @@ def is_short(stop_s: float) -> bool:
     return 0.0 <= stop_s <= _STOP_MAX_S
 
 
-def end_of(log: Signals) -> float:
+def begin_of(log: Signals) -> float:
     """s since 1970; NaN where unknown."""
-    return math.nan if log.begin_s is None else log.begin_s + log.duration_s
+    return math.nan if log.begin_s is None else log.begin_s
 
 
-def stop_between(end_s: float, log: Signals, events: Sequence[Event] = ()) -> float:
-    """s from `end_s`, s since 1970, to the log's begin; NaN where unknown, or where something was done to the truck."""
-    begin_s = math.nan if log.begin_s is None else log.begin_s
+def stop_between(end_s: float, begin_s: float, events: Sequence[Event] = ()) -> float:
+    """s from the end of one log to the begin of the next, both since 1970; NaN where unknown, or where something was
+    done to the truck."""
     return math.nan if any(end_s <= event.time_s <= begin_s for event in events) else begin_s - end_s
 
 
@@ -146,7 +146,12 @@ def _print_of(log: Signals) -> Print:
 
 def drives_in(logs: Sequence[Signals], events: Sequence[Event] = ()) -> tuple[tuple[Signals, ...], ...]:
     """The logs in order of time, those of one drive together: a logger began a new file, or the truck stood shortly."""
-    return _grouped(logs, lambda last, log: continues(last, log) or is_short(stop_between(end_of(last), log, events)))
+
+    def belong(last: Signals, log: Signals) -> bool:
+        stop_s = stop_between(begin_of(last) + last.duration_s, begin_of(log), events)
+        return continues(last, log) or is_short(stop_s)
+
+    return _grouped(logs, belong)
 
 
 def pieces_in(logs: Sequence[Signals]) -> tuple[tuple[Signals, ...], ...]:

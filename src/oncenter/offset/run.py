@@ -31,11 +31,11 @@ from oncenter.offset.coarse_recording import (
     yaw_rate_step_of,
 )
 from oncenter.offset.inputs import (
+    begin_of,
     check_dates,
     check_without,
     continues,
     drives_in,
-    end_of,
     in_order,
     is_short,
     needed,
@@ -220,18 +220,18 @@ class _Run(NamedTuple):
         moved = [change for change in self.changes if change.size_rad is not None]
         size = sum(change.size_rad or 0.0 for change in moved)
         sd = math.hypot(*(change.sd_rad or 0.0 for change in moved))
-        begin_s, end_s, names = self.logs[0].begin_s, end_of(self.logs[-1]), tuple(log.log for log in self.logs)
-        start_s = math.nan if begin_s is None else begin_s
+        start_s, names = begin_of(self.logs[0]), tuple(log.log for log in self.logs)
         if self.former is not None:
             start_s, names = self.former.start_s, (*self.former.logs, *names)
             size, sd = size + self.former.moved, math.hypot(sd, self.former.moved_sd)
+        length_s = begin_of(self.logs[-1]) + self.logs[-1].duration_s - start_s
         return row_of(
             self.core,
             self.native,
             vehicle,
             params,
             start_s=start_s,
-            length_s=end_s - start_s if math.isfinite(end_s) else self.native["duration"],
+            length_s=self.native["duration"] if math.isnan(length_s) else length_s,
             moved=(size, sd),
             logs=names,
         )
@@ -398,7 +398,7 @@ def _begun(
     widths = track_widths(vehicle, method, logs)
     core = core_of(vehicle, logs[0].rate_hz, method=method, params=params, track_widths=widths)
     for row in past.rows:
-        stop_s = stop_between(row.start_s + row.length_s, logs[0], past.events)
+        stop_s = stop_between(row.start_s + row.length_s, begin_of(logs[0]), past.events)
         if row.image and is_short(stop_s) and core.restore(row.image)[0] == "ok":
             core.restart(stop_s)
             return core, row
@@ -418,7 +418,7 @@ def _run(
     ends = []
     for before, drive in zip((None, *logs), logs, strict=False):
         if before is not None and not continues(before, drive):
-            stop_s = stop_between(end_of(before), drive)
+            stop_s = begin_of(drive) - begin_of(before) - before.duration_s
             core.restart(stop_s if stop_s > 0.0 else 0.0)
         columns = {name: drive.columns[name] for name in _core.COLUMNS if name in drive.columns}
         for start in range(0, drive.ticks, _ROWS_AT_ONCE):

@@ -83,3 +83,13 @@ def test_no_estimate_keeps_the_evidence_of_a_forgotten_drive(drives: Drives) -> 
     assert [*kept(drives)] == ["mid_speed_manoeuvre"]
     drives.forget("000999")
     assert [*kept(drives)] == ["mid_speed_manoeuvre"]
+
+
+def test_a_drive_that_the_memory_drops_leaves_the_list(
+    logs: list[Signals], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("oncenter.memory.truck.DRIVES_MAX", 2)
+    drives = Drives(tmp_path / "truck", TRUCK)
+    for log in (logs[1], logs[0], logs[2]):
+        answered(drives, log)
+    assert [*kept(drives)] == ["hard_turn", "mid_speed_manoeuvre"]

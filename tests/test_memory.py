@@ -17,10 +17,11 @@ from test_known_truck import drive, half_width, holds, offset_to_find, truck
 import oncenter as oc
 from oncenter.cli import run
 from oncenter.estimates.estimate import Estimate
+from oncenter.files.toml_file import BYTES_MAX
 from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_memory
 from oncenter.memory.file import text_of
 from oncenter.memory.log import start_of_drive
-from oncenter.memory.truck import PastDrive, Remembered
+from oncenter.memory.truck import DRIVES_MAX, PastDrive, Remembered
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.events import Event
 from oncenter.truck.now import truck_now
@@ -85,6 +86,24 @@ def test_a_memory_survives_writing_and_reading(tmp_path: Path) -> None:
 
 def test_a_truck_without_a_file_has_an_empty_memory(tmp_path: Path) -> None:
     assert read_memory(tmp_path / "none.toml", "truck") == TruckMemory("truck")
+
+
+def test_a_memory_keeps_the_newest_drives_so_that_it_can_always_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    newest = days_of(drive(tmp_path, "thesis_drive", 1, 300.0, "backlash_deg = 8.0")[0], 2000.0)
+    found = oc.offset(newest, truck())
+    monkeypatch.setattr("oncenter.memory.answer.offset", lambda *_, **__: found)
+    row = replace(ROW, modes=np.repeat(found.rows[0].modes[:1], 4, axis=0))
+    days = [(365 * k) % 1009 for k in range(1000)]  # not in order of time
+    drives = tuple(PastDrive(("0123" * 48,), replace(row, start_s=NOW_S + day * DAY_S), "settings") for day in days)
+    _, after = offset_with_memory([newest], truck(), TruckMemory("truck", drives=drives))
+    kept = {id(one) for one in sorted(drives, key=lambda one: one.row.start_s)[1 - DRIVES_MAX :]}
+    assert after.drives[:-1] == tuple(one for one in drives if id(one) in kept)
+    assert after.drives[-1].row is found.rows[0]
+    write_memory(tmp_path / "m.toml", after)
+    assert len(read_memory(tmp_path / "m.toml", "truck").drives) == DRIVES_MAX
+    assert (tmp_path / "m.toml").stat().st_size < BYTES_MAX / 2
 
 
 HEAD = 'schema = "oncenter/truck-2"\ntruck = "truck"\n'

@@ -18,8 +18,6 @@ from oncenter.vehicle import Vehicle
 from oncenter.verdict.decision import Case, decide
 from oncenter.verdict.states import AT_FAULT, STATES
 
-_KEPT_MAX = 50  # as many as a memory has
-
 
 class Drives:
     """The drives of one truck, oldest first. Drive n has its answer in n.json.
@@ -42,20 +40,22 @@ class Drives:
         return self._keys()
 
     def keep(self, before: frozenset[str], said: dict[str, Any]) -> None:
-        """Keeps an answer whose drives the memory took.
+        """Keeps an answer whose drives the memory took, and drops those whose drives it no longer has.
 
         Args:
             before: as `begin` gave it.
             said: the JSON of `oncenter offset`.
         """
-        keys = sorted(self._keys() - before)
+        in_memory = self._keys()
+        keys = sorted(in_memory - before)
         if not keys:
             return
         files = self._files()
         number = int(files[-1].stem) + 1 if files else 1
         write_whole(self._folder / f"{number:06}.json", json.dumps({"said": said, "keys": keys}))
-        for old in files[: -_KEPT_MAX + 1]:
-            old.unlink(missing_ok=True)
+        for old in files:
+            if in_memory.isdisjoint(_read(old)["keys"]):
+                old.unlink(missing_ok=True)
 
     def said(self, number: str) -> dict[str, Any] | None:
         """The answer on a drive."""

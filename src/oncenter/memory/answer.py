@@ -78,12 +78,13 @@ def offset_with_memory(
     if all(known):
         return answer, memory
     named = [(drive.log, key) for drive, key in zip(dated, keys, strict=True)]
-    return answer, replace(
+    after = replace(
         memory,
         vin=memory.vin or answer.vin,
         drives=with_added(others, answer.rows, named, settings),
         ratio_times_wheelbase=_product(answer) or memory.ratio_times_wheelbase,
     )
+    return answer, after.of_newest()
 
 
 def _refuse_another_truck(drives: Sequence[Signals], memory: TruckMemory) -> None:

@@ -13,6 +13,7 @@ from oncenter.truck.row import Row
 from oncenter.vehicle import Vehicle
 
 _ALIKE_S = 1.0  # of the lengths of a log and of its copy in another format
+DRIVES_MAX = 200  # of one log each they are 0.3 MiB; a file beyond 1 MiB cannot be read (files/toml_file.py)
 
 
 @dataclass(frozen=True)
@@ -70,6 +71,11 @@ class TruckMemory:
             drive.is_of(key) and drive.settings == settings and length_s < drive.row.length_s + _ALIKE_S
             for drive in self.drives
         )
+
+    def of_newest(self) -> TruckMemory:
+        """The memory with at most `DRIVES_MAX` drives, the newest ones by their dates."""
+        by_date = sorted(range(len(self.drives)), key=lambda k: self.drives[k].row.start_s)
+        return replace(self, drives=tuple(self.drives[k] for k in sorted(by_date[-DRIVES_MAX:])))
 
 
 def with_added(

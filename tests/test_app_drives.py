@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
+from test_fleet_summaries import of_drive
+from truck_rows import drive_row
 
 import oncenter as oc
 from oncenter.app.drives import Drives
-from oncenter.memory import offset_with_memory, read_memory, write_memory
+from oncenter.fleet.ranking import OfTruck, histories
+from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_memory
+from oncenter.memory.truck import PastDrive, settings_of
 from oncenter.signals import Signals
 
 TRUCK = oc.vehicle("scania_r730_4x2")
@@ -93,3 +99,26 @@ def test_a_drive_that_the_memory_drops_leaves_the_list(
     for log in (logs[1], logs[0], logs[2]):
         answered(drives, log)
     assert [*kept(drives)] == ["hard_turn", "mid_speed_manoeuvre"]
+
+
+def test_a_memory_without_answers_has_no_common_offset(drives: Drives) -> None:
+    for file in drives.memory.parent.glob("*.json"):
+        file.unlink()
+    assert drives.listed() == {"drives": [], "common": None}
+
+
+@pytest.mark.parametrize(
+    ("offset_deg", "more"),
+    [(6.0, {"used_s": 10.0}), (1.28, {"bank": 0.9, "bank_variance": 0.01}), (6.0, {})],
+    ids=["too little driving", "decided by a prior", "clear"],
+)
+def test_the_common_offset_has_the_verdict_of_a_fleet(tmp_path: Path, offset_deg: float, more: dict[str, Any]) -> None:
+    rows = [drive_row(day, offset_deg, sds=(0.05, 0.3, 0.02), **more) for day in range(3)]
+    (history,) = histories([OfTruck("truck", [of_drive(row) for row in rows], 2.0)])
+    settings, drives = settings_of(TRUCK, None), Drives(tmp_path, TRUCK)
+    past = tuple(PastDrive((f"{day:06}",), row, settings) for day, row in enumerate(rows))
+    write_memory(drives.memory, TruckMemory(TRUCK.name, drives=past))
+    offset = {"value": offset_deg, "ci95_drive": None}
+    said = {"start_time": None, "log": "a", "offset": offset, "verdicts": [{"state": "within"}], "limit_deg": 2.0}
+    (tmp_path / "000001.json").write_text(json.dumps({"said": said, "keys": []}), encoding="utf-8")
+    assert drives.listed()["common"]["state"] == history.truck["state"]

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from oncenter.files.whole_file import write_whole
+from oncenter.fleet.offset_now import offset_of, with_priors
+from oncenter.fleet.verdict import state_of
 from oncenter.memory import TruckMemory, read_memory, write_memory
 from oncenter.offset.inputs import params_of
-from oncenter.signals import DEGREE
-from oncenter.truck.now import truck_now, usable
+from oncenter.truck.now import Truck, truck_now, usable
 from oncenter.truck.priors import priors_of
 from oncenter.utc import iso
 from oncenter.vehicle import Vehicle
-from oncenter.verdict.decision import Case, decide
 from oncenter.verdict.states import AT_FAULT, STATES
 
 
@@ -82,25 +83,27 @@ class Drives:
 
     def _common(self, answers: list[dict[str, Any]]) -> dict[str, Any] | None:
         memory = self._memory()
-        rows = sorted(usable(memory.rows_of(self._truck), memory.events), key=lambda row: row.start_s)
-        if len(rows) < 2:
+        every = memory.rows_of(self._truck)
+        rows = usable(every, memory.events)
+        if len(rows) < 2 or not answers:
             return None
-        params = params_of(self._truck, None)
-        truck = truck_now(rows, memory.events, priors_of(params))
-        own, whole = ((low / DEGREE, high / DEGREE) for low, high in (truck.own, truck.whole))
+
+        def by(params: Mapping[str, float]) -> Truck:
+            return truck_now(rows, memory.events, priors_of(params))
+
+        params, limit_deg = params_of(self._truck, None), answers[-1]["limit_deg"]
+        truck = by(params)
+        offset = offset_of(truck, [{"start": row.start_s} for row in rows], params, sum(row.used_s for row in every))
         newest = answers[-1]["verdicts"][0]["state"]
         at_fault = newest if newest in AT_FAULT else None
-        since = rows[truck.since :]
-        is_valid = truck.is_valid(params)
-        case = Case(at_fault, truck.zero, is_valid, True, own, whole)
-        state = decide(case, answers[-1]["limit_deg"])
+        state = state_of(at_fault, with_priors(offset, by, params, limit_deg), truck.zero, limit_deg)
         return {
             "state": state,
             "word": STATES[state].word,
-            "count": len(since),
-            "since": iso(since[0].start_s),
-            "offset": truck.offset / DEGREE,
-            "interval": own,
+            "count": len(rows) - truck.since,
+            "since": iso(offset.since),
+            "offset": offset.value,
+            "interval": offset.own,
         }
 
     def forget(self, number: str) -> None:

@@ -18,6 +18,7 @@ from oncenter.cli import run
 from oncenter.fleet import page as fleet_page
 from oncenter.fleet import run as night
 from oncenter.fleet.end_of_run import in_words
+from oncenter.truck.events import parse_event
 
 pytestmark = pytest.mark.usefixtures("answered_here")
 
@@ -121,6 +122,47 @@ def test_logs_of_two_vins_are_refused_with_both_vins(
 ) -> None:
     code, said = door(of_two_vins(tables, tmp_path, endings), tmp_path, capfd)
     assert code == "different_trucks" and VIN in said and OTHER_VIN in said and "b." in said
+
+
+REPLACED = "another_truck@2026-03-05"
+
+
+def offset_since(pair: Pair, folder: Path) -> None:
+    assert run(["offset", *map(str, pair), "--vehicle", TRUCK, "--event", REPLACED]) == 0
+
+
+def python_since(pair: Pair, folder: Path) -> None:
+    oc.offset(list(map(oc.read, pair)), TRUCK, events=[parse_event(REPLACED)])
+
+
+def memory_since(pair: Pair, folder: Path) -> None:
+    """The memory takes the new VIN, and no other one from then on."""
+    file = folder / "memory.toml"
+    command = ["--vehicle", TRUCK, "--memory", str(file)]
+    assert run(["offset", str(pair[0]), *command]) == 0
+    assert run(["offset", str(pair[1]), *command]) == 2
+    assert run(["offset", str(pair[1]), *command, "--event", REPLACED]) == 0
+    after = file.read_text()
+    assert f'vin = "{OTHER_VIN}"' in after and after.count("[[drives]]") == 2
+    third = written(steady_drive().table, folder / "c.csv", "2026-03-10T07:00:00Z", VIN)
+    assert run(["offset", str(third), *command]) == 2 and file.read_text() == after
+    written(steady_drive().table, third, "2026-03-01T07:00:00Z", VIN)  # of the former truck
+    assert run(["offset", str(third), *command]) == 0 and f'vin = "{OTHER_VIN}"' in file.read_text()
+
+
+def memory_at_once(pair: Pair, folder: Path) -> None:
+    """A memory with all logs of both trucks takes the VIN of the present one."""
+    file = folder / "memory.toml"
+    command = ["--vehicle", TRUCK, "--memory", str(file), "--event", REPLACED]
+    assert run(["offset", *map(str, pair), *command]) == 0
+    assert f'vin = "{OTHER_VIN}"' in file.read_text()
+
+
+@pytest.mark.parametrize("door", [offset_since, python_since, memory_since, memory_at_once])
+def test_logs_of_two_vins_are_one_before_and_one_after_the_truck_was_replaced(
+    door: Callable[[Pair, Path], None], tables: list[pl.DataFrame], tmp_path: Path
+) -> None:
+    door(of_two_vins(tables, tmp_path, ("csv", "parquet")), tmp_path)
 
 
 def of_two_vins(tables: list[pl.DataFrame], folder: Path, endings: tuple[str, str]) -> Pair:

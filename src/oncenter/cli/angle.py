@@ -103,7 +103,8 @@ def angle(
         check_report(report, "--report")
     drive = read_log(log, truck, dbc or (), sources_of(source))
     earlier = logs_named(taught_by or ())
-    taught, left_out = read_logs(earlier, truck, dbc or (), sources_of(source)) if taught_by else ([], [])
+    options = dbc or (), sources_of(source)
+    taught, left_out = read_logs(earlier, truck, *options, events=known.events) if taught_by else ([], [])
     with progress_bar("estimating", log) as progress:
         table = oc.angle(
             drive,

@@ -18,6 +18,7 @@ from oncenter.utc import EPOCH_S
 if TYPE_CHECKING:
     from oncenter.cli.places import Places
     from oncenter.signals import Signals
+    from oncenter.truck.events import Event
     from oncenter.vehicle import Vehicle
 
 _IN_COMMON = 0.5  # of the shorter log: files of one drive begin and end together, or one has parts of it
@@ -49,6 +50,7 @@ def read_logs(
     take: Mapping[str, str],
     wanted: Sequence[str] = _ANGLE,
     join: bool = False,
+    events: Sequence[Event] = (),
 ) -> tuple[list[Signals], list[Finding]]:
     """Drives of one truck, and findings on logs that were left out. Drives of a folder are in order of their start
     times, or of their names if a log has no start time.
@@ -56,6 +58,7 @@ def read_logs(
     Args:
         wanted: signals without which one of several logs is left out.
         join: puts logs that overlap in time together: they are files of one drive.
+        events: what a person states of the truck.
 
     Raises:
         OncenterError: a single log cannot be read, or none of several; two logs are of different trucks
@@ -75,7 +78,7 @@ def read_logs(
                 raise
             refusals.append(error)
             continue
-        refuse_two_trucks([log.drive for log in logs])  # before the next long log is read
+        refuse_two_trucks([log.drive for log in logs], events)  # before the next long log is read
     if join:
         groups = _at_one_time(logs)
         if len(groups) == len(logs) > 1:

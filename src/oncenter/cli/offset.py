@@ -176,9 +176,11 @@ def _of_all(
     """The answer of all logs together, and the memory after them if it has changed."""
     import oncenter as oc
     from oncenter.cli.logs import read_logs
+    from oncenter.truck.events import with_stated
 
     before = None if memory is None else _remembered(memory, truck)
-    drives, found = read_logs(places, truck, dbc, take, _wanted(method, truck, params), join)
+    stated = with_stated(() if before is None else before.events, events)
+    drives, found = read_logs(places, truck, dbc, take, _wanted(method, truck, params), join, stated)
     with progress_bar("answering", *places.logs) as progress:
         if before is None:
             answer, after = (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
 from collections import Counter
 from collections.abc import Sequence
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 from oncenter.errors import OncenterError
 from oncenter.files.file_name import printable
 from oncenter.fleet.trucks import VIN
-from oncenter.truck.events import ANOTHER_TRUCK, Event
+from oncenter.truck.events import ANOTHER_TRUCK, Event, is_former
 
 Row = dict[str, Any]
 
@@ -35,19 +34,19 @@ def refuse_other_vin(row: Row) -> None:
 
 def without_other_vins(rows: list[Row], events: Sequence[Event]) -> list[Row]:
     """The rows of a truck, where drives whose VIN is not that of most of its drives are errors; all drives with a VIN,
-    where two VINs are equally frequent. A truck may be replaced by another one on a day that a person stated."""
-    times_s = [event.time_s for event in events if event.kind == ANOTHER_TRUCK]
-    counts = [Counter[str]() for _ in range(len(times_s) + 1)]  # by truck
-    of_rows = [counts[bisect_right(times_s, row.get("start") or 0.0)] for row in rows]
-    for row, count in zip(rows, of_rows, strict=True):
-        if row.get("vin") is not None and row.get("error_code") is None and not row["is_removed"]:
-            count[row["vin"]] += 1
-    return [_refused(row, count) if _is_other(row, count) else row for row, count in zip(rows, of_rows, strict=True)]
+    where two VINs are equally frequent. Drives of a former truck, before it was replaced, may have any VIN."""
+
+    def is_named(row: Row) -> bool:
+        has_vin = row.get("vin") is not None and row.get("error_code") is None
+        return has_vin and not is_former(row.get("start"), events)
+
+    count = Counter(row["vin"] for row in rows if is_named(row) and not row["is_removed"])
+    return [_refused(row, count) if is_named(row) and _is_other(row["vin"], count) else row for row in rows]
 
 
-def _is_other(row: Row, count: Counter[str]) -> bool:
-    own = 0 if row.get("error_code") else count.get(row.get("vin") or "", 0)
-    return own > 0 and any(number >= own for vin, number in count.items() if vin != row["vin"])
+def _is_other(vin: str, count: Counter[str]) -> bool:
+    own = count[vin]
+    return own > 0 and any(number >= own for other, number in count.items() if other != vin)
 
 
 def _refused(row: Row, count: Counter[str]) -> Row:

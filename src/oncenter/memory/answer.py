@@ -15,7 +15,7 @@ from oncenter.memory.truck import Remembered, TruckMemory, settings_of, with_add
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.signals import Signals
-from oncenter.truck.events import Event, with_stated
+from oncenter.truck.events import Event, is_former, with_stated
 from oncenter.truck.fingerprint import fingerprint_of
 from oncenter.vehicle import Vehicle
 
@@ -49,11 +49,11 @@ def offset_with_memory(
         raise OncenterError(
             f"a memory needs method '{_USES_MEMORY}', got '{method}'", code="method", exit_code=WRONG_USAGE
         )
-    _refuse_another_truck(drives, memory)
-    vehicle = _with_remembered_product(vehicle, memory)
-    settings = settings_of(vehicle, params)
     memory = replace(memory, events=with_stated(memory.events, events))
     dated = [replace(drive, start_s=start_of_drive(drive, _path(drive))) for drive in drives]
+    vin = _vin_of(dated, memory)
+    vehicle = _with_remembered_product(vehicle, memory)
+    settings = settings_of(vehicle, params)
     keys = list(map(fingerprint_of, dated))
     known = [memory.contains(key, drive.duration_s, settings) for key, drive in zip(keys, dated, strict=True)]
     again = [drive.log for drive, is_known in zip(dated, known, strict=True) if is_known]
@@ -80,26 +80,31 @@ def offset_with_memory(
     named = [(drive.log, key) for drive, key in zip(dated, keys, strict=True)]
     after = replace(
         memory,
-        vin=memory.vin or answer.vin,
+        vin=vin,
         drives=with_added(others, answer.rows, named, settings),
         ratio_times_wheelbase=_product(answer) or memory.ratio_times_wheelbase,
     )
     return answer, after.of_newest()
 
 
-def _refuse_another_truck(drives: Sequence[Signals], memory: TruckMemory) -> None:
-    """
+def _vin_of(drives: Sequence[Signals], memory: TruckMemory) -> str | None:
+    """The VIN of the present truck: the memory's, unless all its drives are of a former truck, else that of the drives.
+
     Raises:
         OncenterError: "different_trucks", exit code 2: the VIN of a drive is not that of the memory.
     """
-    other = next((drive for drive in drives if drive.vin not in (None, memory.vin)), None)
-    if memory.vin is not None and other is not None:
+    is_replaced = memory.drives and all(is_former(drive.row.start_s, memory.events) for drive in memory.drives)
+    vin = None if is_replaced else memory.vin
+    named = [drive for drive in drives if drive.vin is not None and not is_former(drive.begin_s, memory.events)]
+    other = next((drive for drive in named if vin not in (None, drive.vin)), None)
+    if other is not None:
         raise OncenterError(
-            f"{other.log} has VIN {other.vin}, and the former drives of truck '{memory.truck}' have VIN {memory.vin}: "
+            f"{other.log} has VIN {other.vin}, and the former drives of truck '{memory.truck}' have VIN {vin}: "
             "give this truck's logs, or the memory of the other truck",
             code="different_trucks",
             exit_code=WRONG_USAGE,
         )
+    return vin or next((drive.vin for drive in named), None)
 
 
 def _with_remembered_product(vehicle: Vehicle, memory: TruckMemory) -> Vehicle:

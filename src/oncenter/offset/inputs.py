@@ -13,7 +13,7 @@ from oncenter.findings import Finding
 from oncenter.offset.rear_axle import WEIGHT
 from oncenter.plausibility.axles import without_unfit_axles
 from oncenter.signals import SIGNALS, Signals
-from oncenter.truck.events import Event
+from oncenter.truck.events import Event, is_former
 from oncenter.truck.fingerprint import Print, copies, fingerprint_of
 from oncenter.vehicle import Vehicle, core_params
 
@@ -51,9 +51,8 @@ def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
     all start at zero and have no date.
 
     Raises:
-        OncenterError: exit code 2: "no_drive": there is none; "different_trucks": as `refuse_two_trucks`.
+        OncenterError: "no_drive", exit code 2: there is none.
     """
-    refuse_two_trucks(drives)
     if not drives:
         raise OncenterError(
             "no drive was given: give at least one from oncenter.read", code="no_drive", exit_code=WRONG_USAGE
@@ -67,12 +66,13 @@ def in_order(drives: tuple[Signals, ...]) -> tuple[Signals, ...]:
     return tuple(by_time) if apart else drives
 
 
-def refuse_two_trucks(drives: Sequence[Signals]) -> None:
+def refuse_two_trucks(drives: Sequence[Signals], events: Sequence[Event] = ()) -> None:
     """
     Raises:
-        OncenterError: "different_trucks", exit code 2: two drives have different VINs.
+        OncenterError: "different_trucks", exit code 2: two drives have different VINs, and a person did not state
+            another truck between them.
     """
-    named = [drive for drive in drives if drive.vin is not None]
+    named = [drive for drive in drives if drive.vin is not None and not is_former(drive.begin_s, events)]
     for drive in named:
         if drive.vin == named[0].vin:
             continue
@@ -116,7 +116,8 @@ def stop_between(end_s: float, begin_s: float, events: Sequence[Event] = ()) -> 
 def check_dates(drives: Sequence[Signals], events: Sequence[Event]) -> None:
     """
     Raises:
-        OncenterError: "usage", exit code 2: an event cannot be before or after a log without a date.
+        OncenterError: exit code 2: "usage": an event cannot be before or after a log without a date;
+            "different_trucks": as `refuse_two_trucks`.
     """
     undated = next((drive for drive in drives if drive.begin_s is None), None)
     if events and undated is not None:
@@ -126,6 +127,7 @@ def check_dates(drives: Sequence[Signals], events: Sequence[Event]) -> None:
             code="usage",
             exit_code=WRONG_USAGE,
         )
+    refuse_two_trucks(drives, events)
 
 
 def without_copies(logs: tuple[Signals, ...]) -> tuple[tuple[Signals, ...], tuple[str, ...]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -79,6 +80,13 @@ def with_stated(events: Iterable[Event], stated: Iterable[Event]) -> tuple[Event
     """In order of time and kind; a newly stated one takes the place of one of the same kind and time."""
     one_each = {(event.time_s, event.kind): event for event in (*events, *stated)}
     return tuple(one_each[key] for key in sorted(one_each))
+
+
+def is_former(start_s: float | None, events: Iterable[Event]) -> bool:
+    """Whether a drive with this start is of a former truck: before the last "another_truck". One without a date is of
+    the present truck."""
+    since = max((event.time_s for event in events if event.kind == ANOTHER_TRUCK), default=-math.inf)
+    return start_s is not None and start_s < since
 
 
 def _refusal(why: str) -> OncenterError:

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from oncenter import _core
-from oncenter.truck.events import ANOTHER_TRUCK, Event
+from oncenter.truck.events import Event, is_former
 from oncenter.truck.evidence import Numbers
 from oncenter.truck.loads import LOADS_DIFFER, Loads, loads_of
 from oncenter.truck.priors import Priors
@@ -114,10 +114,9 @@ class Truck:
 
 
 def usable(rows: Iterable[Row], events: Sequence[Event]) -> list[Row]:
-    """Those that count for the truck, in order of time: with evidence, and not of another truck before this one. If one
+    """Those that count for the truck, in order of time: with evidence, and not of a former truck. If one
     has no date, all keep their places."""
-    since = max((event.time_s for event in events if event.kind == ANOTHER_TRUCK), default=-math.inf)
-    counted = [row for row in rows if row.is_usable and not row.start_s < since]
+    counted = [row for row in rows if row.is_usable and not is_former(row.start_s, events)]
     is_dated = all(math.isfinite(row.start_s) for row in counted)
     return sorted(counted, key=lambda row: row.start_s) if is_dated else counted
 

@@ -215,6 +215,8 @@ def test_a_fleet_counts_the_vin_of_most_drives_and_another_one_since_a_truck_was
     assert run(["fleet", "event", "depot-7", "another_truck", "--date", "2026-03-05", *output]) == 0
     summary = night([str(tmp_path / "fleet")], tmp_path / "vehicles", tmp_path / "out")
     assert summary.refused == {} and summary.events == 1
+    (row,) = pl.read_parquet(tmp_path / "out" / "trucks.parquet").to_dicts()
+    assert (row["drives"], row["told"]) == (1, 1)
 
 
 # -- copies

@@ -19,6 +19,7 @@ from oncenter.truck.priors import priors_of
 from oncenter.truck.row import Row
 
 ROW = drive_row(0.0, 1.7, neutral=0.05, with_play_deg2=-0.01, moved=0.01, moved_sd=0.002, logs=("0",))
+REPLACED = Event(MONDAY_S + 4.0 * DAY_S, "another_truck")
 NOTHING_KNOWN = _core.default_params()
 
 
@@ -100,6 +101,17 @@ def test_a_row_of_trucks_is_what_the_model_says_of_it_in_degrees() -> None:
     assert history.truck["load_would_help"] is True and history.truck["since"] == MONDAY_S
     assert history.truck["offset_is_valid"] is True
     assert (alone.truck["offset_low_deg"], alone.truck["offset_deg"]) == (pytest.approx(1.7 - 1.96 * 0.2), 1.7)
+
+
+def test_a_truck_that_was_replaced_has_only_the_drives_since_then() -> None:
+    """Its number of drives, newest fault, time and other quantities as well."""
+    former = [of_drive(drive_row(day, 1.7), yaw_rate_bias_deg_s=0.5, yaw_rate_bias_sd_deg_s=0.01) for day in range(3)]
+    former[-1] |= {"verdict": "repair", "yaw_rate_bias_status": "valid"}
+    present = [of_drive(drive_row(day, 6.0, used_s=10.0)) for day in (5, 6)]
+    for drives in (present, present[:0]):
+        given = [OfTruck("truck", [*some, *drives], 2.0, (REPLACED,)) for some in (former, [])]
+        with_former, alone = histories(given)
+        assert with_former == alone
 
 
 def test_changes_lead_from_each_offset_to_the_next() -> None:

@@ -20,7 +20,7 @@ from oncenter.fleet.tables import OFFSET, QUANTITIES
 from oncenter.fleet.undecided import would_decide
 from oncenter.fleet.verdict import deciding_interval, second_line, state_of
 from oncenter.signals import DEGREE
-from oncenter.truck.events import Event
+from oncenter.truck.events import Event, is_former
 from oncenter.truck.fingerprint import Print, copies
 from oncenter.truck.now import Change, Truck, truck_now, trucks_now, usable
 from oncenter.truck.priors import priors_of
@@ -72,11 +72,11 @@ class OfTruck:
         name: of the truck.
         drives: their rows of the tables, in order of time, after `mark_copies`.
         limit_deg: the largest offset, either sign, that needs no calibration.
-        events: what a person stated about the truck.
+        events: what a person stated about the truck; drives of a former truck do not count.
     """
 
     def __init__(self, name: str, drives: Rows, limit_deg: float, events: Sequence[Event] = ()) -> None:
-        drives = [drive for drive in drives if drive.get("copy_of") is None]
+        drives = [d for d in drives if d.get("copy_of") is None and not is_former(d.get("start"), events)]
         self._name, self._limit_deg, self.events = name, limit_deg, events
         self._counts = _counts(name, drives)
         self._at_fault, self._is_relative = _newest_fault(drives), _newest_has(drives, _RELATIVE)

@@ -144,7 +144,7 @@ TRUCKS: dict[str, tuple[str, str]] = {
     "q_value": ("number", "Benjamini-Hochberg: share of false alarms among the trucks down to this rank"),
     "since": ("time", "start of the first drive with the present offset"),
     "probability_beyond": ("number", "probability that the offset now is beyond the limit"),
-    "drives": ("count", "all drives, with and without an answer, copies left out"),
+    "drives": ("count", "drives with and without an answer, without copies and those of a former truck"),
     "errors": ("count", "drives without an answer"),
     "told": ("count", "drives with an offset"),
     "first_drive": ("time", "start of the first drive"),

@@ -114,7 +114,7 @@ def test_a_source_that_one_log_lacks_is_an_error_of_that_log(tmp_path: Path, cap
     answered([str(tmp_path / "a.csv"), *take], capfd, exit_code=2)
 
 
-@pytest.mark.parametrize("option", ["--report page.html", "--memory truck.toml"])
+@pytest.mark.parametrize("option", ["--report page.html", "--memory truck.toml", "--event repaired@2026-03-02"])
 def test_each_refuses_options_for_a_single_answer(option: str, folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert run(["offset", str(folder), "--vehicle", TRUCK, "--each", *option.split()]) == 2
     out, err = capfd.readouterr()

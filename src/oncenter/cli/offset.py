@@ -109,7 +109,9 @@ def offset(
 
     failing, take = kinds_of(fail_on), sources_of(source)
     if each:
-        _refuse_of_one_answer(report, memory, join)
+        _refuse_of_one_answer({"--report": report, "--memory": memory, "--join": join, "--event": event})
+    if event and method != "joint":
+        raise OncenterError(f"--event needs method 'joint', got '{method}'", code="usage", exit_code=WRONG_USAGE)
     places = logs_at(logs)
     inputs = [*places.logs, *filter(None, [vehicle_file]), *(dbc or ())]
     truck = _truck(vehicle_file, inputs, report, memory, applied, limit)
@@ -212,13 +214,16 @@ def _wanted(method: Method, truck: oc.Vehicle, params: dict[str, float] | None) 
     return needed(method, (), params_of(truck, params))
 
 
-def _refuse_of_one_answer(report: Path | None, memory: Path | None, join: bool) -> None:
+def _refuse_of_one_answer(options: Mapping[str, object]) -> None:
     """
+    Args:
+        options: their values; one that is not given has none, or False.
+
     Raises:
         OncenterError: "usage", exit code 2.
     """
-    for option, is_given in (("--report", report is not None), ("--memory", memory is not None), ("--join", join)):
-        if is_given:
+    for option, given in options.items():
+        if given:
             raise OncenterError(
                 f"{option} needs one answer, and --each gives one for each log: leave one of them out",
                 code="usage",

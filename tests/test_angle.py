@@ -73,6 +73,10 @@ def test_a_sensor_that_is_dead_at_key_on_has_an_angle_by_the_trucks_former_drive
     assert "truck.toml does not exist" in capsys.readouterr().err
     assert run(["offset", str(log), "--vehicle", TRUCK, "--memory", str(memory)]) == 0
     assert run(command) == 0
+    assert "do not count" not in capsys.readouterr().out
+    memory.write_text(memory.read_text().replace('settings = "oncenter', 'settings = "another'))
+    assert run(command) == 0
+    assert "note: 1 drive of the truck's memory" in (out := capsys.readouterr().out) and "do not count" in out
 
 
 @pytest.mark.parametrize("method", ["observer", "yaw-rate-understeer"])

@@ -84,6 +84,7 @@ def angle(
     from oncenter.errors import WRONG_USAGE, OncenterError
     from oncenter.files.own_file import metadata
     from oncenter.files.whole_file import check_place, whole_file
+    from oncenter.memory.answer import not_counted
     from oncenter.offset.inputs import params_of
     from oncenter.offset.rear_axle import is_combined
     from oncenter.report import check_report, report_angle
@@ -96,6 +97,7 @@ def angle(
     spare_inputs(outputs, [log, *(taught_by or ()), vehicle_file, *(dbc or ())])
     truck = oc.vehicle(vehicle_file)
     known = _remembered(memory, truck)
+    before = known.rows_of(truck)
     spare_inputs(outputs, [*truck.dbc, *filter(None, [memory])])
     if output is not None:
         check_place(output)
@@ -112,12 +114,13 @@ def angle(
             sensor_lost_at=sensor_lost_at,
             method=method,
             taught_by=taught,
-            before=known.rows_of(truck),
+            before=before,
             events=known.events,
             smooth=smooth,
             progress=progress,
         )
-    notes = notes_on(drive, truck, taught, sensor_lost_at)
+    unused = not_counted(len(known.drives) - len(before))
+    notes = [*notes_on(drive, truck, taught, sensor_lost_at), *filter(None, [unused])]
     why = _REAR_AXLE_STEERS if is_combined(params_of(truck, None)) else _NOT_OBSERVABLE
     findings = (*findings_on(drive, truck, taught), *left_out)
     typer.echo(

@@ -72,7 +72,7 @@ def offset_with_memory(
         progress=progress,
     )
     answer = _noted(answer, _again(again))
-    answer = _noted(answer, _left_out(len(others) - len(rows)))
+    answer = _noted(answer, not_counted(len(others) - len(rows)))
     if answer.sensor_fault != "none" or answer.offset.status == "invalid":
         return _noted(answer, _NOTHING_ADDED), memory
     if all(known):
@@ -139,7 +139,8 @@ def _again(logs: Sequence[str]) -> str:
     return f"{', '.join(logs)} {verb} in the truck's memory already and counts once"
 
 
-def _left_out(count: int) -> str:
+def not_counted(count: int) -> str:
+    """The note on so many drives of other settings; empty for none."""
     if not count:
         return ""
     drives = "1 drive" if count == 1 else f"{count} drives"

@@ -221,7 +221,16 @@ def test_what_a_person_stated_survives_a_damaged_ledger_and_is_named_if_it_is_da
     with trucks.ledger() as ledger:
         ledger.execute("INSERT INTO events VALUES ('a', x'ff', 'repaired', NULL, 0.0)")
         ledger.execute("INSERT INTO events VALUES ('b', 1.0, 'mended', NULL, 0.0)")
-    assert trucks.night().damaged == ("event of truck a", "event of truck b") and trucks.night().events == 1
+        for truck, time, kind, by_rad in (
+            ("c", "1e300", "repaired", "NULL"),
+            ("d", "-1.0", "repaired", "NULL"),
+            ("e", "1.0", "repaired", "0.1"),
+            ("f", "1.0", "calibrated", "-1e300"),
+            ("g", "1.0", "calibrated", "9e999"),
+        ):
+            ledger.execute(f"INSERT INTO events VALUES ('{truck}', {time}, '{kind}', {by_rad}, 0.0)")
+    assert trucks.night().damaged == tuple(f"event of truck {truck}" for truck in "abcdefg")
+    assert trucks.night().events == 1
 
 
 def test_a_ledger_of_version_2_is_taken_over_as_it_is(trucks: Fleet) -> None:

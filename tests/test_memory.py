@@ -106,6 +106,17 @@ def test_a_memory_keeps_the_newest_drives_so_that_it_can_always_be_read(
     assert (tmp_path / "m.toml").stat().st_size < BYTES_MAX / 2
 
 
+def test_events_in_a_memory_file_are_read_in_order_of_time_and_each_once(tmp_path: Path) -> None:
+    """A person may write them."""
+    stated = [EVENT.format("calibrated", size) for size in (1.0, 2.0, 3.0)]
+    (tmp_path / "m.toml").write_text(HEAD + "".join((*stated[:2], stated[2].replace("2026", "2025"))))
+    events = read_memory(tmp_path / "m.toml", "truck").events
+    assert [str(event) for event in events] == [
+        "calibrated@2025-01-01T00:00:00Z=3",
+        "calibrated@2026-01-01T00:00:00Z=2",
+    ]
+
+
 HEAD = 'schema = "oncenter/truck-2"\ntruck = "truck"\n'
 EVENT = '[[events]]\nkind = "{}"\ndate = 2026-01-01T00:00:00Z\nby_deg = {}\n'
 DRIVE = "\n".join(text_of(replace(FULL, drives=FULL.drives[:1], events=())).splitlines()[4:])

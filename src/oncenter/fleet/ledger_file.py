@@ -21,7 +21,10 @@ from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.files.file_name import printable, printable_name
 from oncenter.files.whole_file import UNFINISHED
 from oncenter.fleet.start import valid_start
-from oncenter.truck.events import KINDS
+from oncenter.signals import DEGREE
+from oncenter.truck.events import CALIBRATED, KINDS
+from oncenter.utc import LAST_S
+from oncenter.vehicle_keys import APPLIED_MAX_DEG
 
 NAME = ("utf-8", "surrogatepass")  # of a log in bytes: keeps every name that Python can hold
 
@@ -59,8 +62,10 @@ _WELL_TYPED = (
     "typeof(uri) = 'text' AND typeof(size) = 'integer' AND typeof(modified) = 'real' AND typeof(key) = 'text'"
     " AND typeof(truck) = 'text'"
 )
-_EVENT_OF_VALUE = (
-    f"typeof(truck) = 'text' AND typeof(time) = 'real' AND kind IN {KINDS} AND typeof(by_rad) IN ('real', 'null')"
+_EVENT_OF_VALUE = (  # the limits of `event_of`
+    f"typeof(truck) = 'text' AND typeof(time) = 'real' AND time BETWEEN 0 AND {LAST_S} AND kind IN {KINDS}"
+    f" AND (by_rad IS NULL OR kind = '{CALIBRATED}' AND typeof(by_rad) = 'real'"
+    f" AND abs(by_rad) <= {APPLIED_MAX_DEG * DEGREE})"
 )
 
 Row = dict[str, Any]

@@ -20,7 +20,7 @@ from oncenter.files.toml_text import entry
 from oncenter.files.whole_file import write_whole
 from oncenter.memory.truck import PastDrive, Remembered, TruckMemory
 from oncenter.signals import DEGREE
-from oncenter.truck.events import Event, event_of
+from oncenter.truck.events import Event, event_of, with_stated
 from oncenter.truck.row_columns import columns_of, row_in
 from oncenter.utc import iso
 
@@ -122,7 +122,7 @@ def read_memory(path: str | os.PathLike[str], truck: str) -> TruckMemory:
             truck=file.truck,
             vin=file.vin,
             drives=tuple(each.drive() for each in file.drives),
-            events=tuple(each.event() for each in file.events),
+            events=with_stated((), (each.event() for each in file.events)),
             ratio_times_wheelbase=None if product is None else Remembered(product.value_m, product.sd_m),
         )
     except (ValueError, OncenterError) as error:

@@ -1,7 +1,8 @@
 """A truck over time: what each door says of a truck's drives together, where the truth is known.
 
     python bench/one_truck.py FOLDER [--parts steps,play] [--doors folder,ecu] [--trucks N] [--jobs N] [--tuning]
-                              [--output FILE] [--resume] [--smoke]
+                              [--output FILE] [--resume] [--page | --smoke]
+    python bench/one_truck.py --show FILE... [--page]
     python bench/one_truck.py --compare OLD.json NEW.json
 
 FOLDER keeps the simulated drives (bench/one_truck_drives.py), so that each code judges the same drives, and a stopped
@@ -21,7 +22,8 @@ parts (bench/one_truck_cases.py):
 
 `beyond` counts valid answers whose error is above 1 deg, with or without the effect of the pull, whichever is closer.
 `miss` counts intervals without the truth: the whole one without the pull, the driving's with any part of the pull.
-Seeds from 1001 on are for reporting, those from 1 on (--tuning) for tuning.
+Seeds from 1001 on are for reporting, those from 1 on (--tuning) for tuning. --page writes the figures of this run, or
+of the shown files together, into docs/truck_over_time_figures.md.
 """
 
 from __future__ import annotations
@@ -30,6 +32,7 @@ import argparse
 import json
 import math
 import multiprocessing
+import sys
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
@@ -39,14 +42,18 @@ from accuracy import REPORTED_FROM, TUNING_FROM, names_of, progress
 from one_truck_cases import PARTS, TRUCKS_MAX, Case
 from one_truck_doors import DOORS, OFFSET, PLAY, SENSOR, Said, answers
 from one_truck_drives import Garage
-from one_truck_tables import BEYOND_DEG, Record, comparison, criteria_lines, key_of, lines, totals
+from one_truck_tables import BEYOND_DEG, Record, comparison, figures, key_of, lines
+from sections import between
 
 from oncenter import _core
 from oncenter.files.whole_file import write_whole
 from oncenter.findings import PLAY_STANDARD_DEG
 from oncenter.verdict.states import AT_FAULT
 
-OUTPUT = Path(__file__).parents[1] / "build" / "one_truck.json"
+ROOT = Path(__file__).parents[1]
+OUTPUT = ROOT / "build" / "one_truck.json"
+PAGE = ROOT / "docs" / "truck_over_time_figures.md"
+BEGIN, END = "<!-- one truck: written by bench/one_truck.py --page -->", "<!-- one truck: end -->"
 SAVED_EVERY = 5  # trucks
 
 
@@ -89,7 +96,6 @@ def judged(said: Said, case: Case, count: int) -> Record:
         "whole": 0.5 * (said.whole[1] - said.whole[0]),
         "play": said.play,
         "play_error": said.play - last.play_deg,
-        "seconds": said.seconds,
     }
     finite = {name: value if math.isfinite(value) else None for name, value in numbers.items()}
     valid = said.status == "valid"
@@ -171,20 +177,25 @@ def main() -> None:
     parser.add_argument("--tuning", action="store_true", help="seeds from 1 on instead of the reported ones")
     parser.add_argument("--output", type=Path, default=OUTPUT, help="the records (build/one_truck.json)")
     parser.add_argument("--resume", action="store_true", help="keep the trucks that this file has")
-    parser.add_argument("--show", type=Path, metavar="FILE", help="print the tables of such a file")
+    parser.add_argument("--show", type=Path, nargs="+", metavar="FILE", help="print the tables of such files together")
     parser.add_argument("--compare", type=Path, nargs=2, metavar=("OLD", "NEW"), help="print two files side by side")
     parser.add_argument("--smoke", action="store_true", help="one truck of two parts: whether the bench runs")
+    parser.add_argument("--page", action="store_true", help="write the section of docs/truck_over_time_figures.md")
     given = parser.parse_args()
+    if given.page and (given.tuning or given.smoke or given.parts or given.doors or given.compare):
+        parser.error("--page reports all parts and doors on the seeds for it")
     parts, doors = names_of(given.parts, list(PARTS), "part"), names_of(given.doors, list(DOORS), "door")
 
-    def chosen(file: Path) -> list[Record]:
-        return [record for record in read(file)["records"] if record["part"] in parts and record["door"] in doors]
+    def chosen(*files: Path) -> list[Record]:
+        """Of an answer that several files have, that of the last one."""
+        found = {key_of(record): record for file in files for record in read(file)["records"]}
+        return [record for record in found.values() if record["part"] in parts and record["door"] in doors]
 
     if given.compare:
         print("\n".join(comparison(*map(chosen, given.compare))))
         return
     if given.show:
-        print_tables(chosen(given.show))
+        report(chosen(*given.show), page=given.page)
         return
     if given.folder is None:
         parser.error("FOLDER, of the simulated drives, is missing")
@@ -194,11 +205,16 @@ def main() -> None:
     first = given.first or (TUNING_FROM if given.tuning else REPORTED_FROM)
     seeds = {part: range(first, first + min(trucks, TRUCKS_MAX.get(part, trucks))) for part in parts}
     before = read(given.output) if given.resume and given.output.exists() else {}
-    print_tables(run(seeds, given.folder, doors, given.jobs, given.output, before))
+    report(run(seeds, given.folder, doors, given.jobs, given.output, before), page=given.page)
 
 
-def print_tables(found: list[Record]) -> None:
-    print("\n".join([*lines(found), "", *totals(found), "", *criteria_lines(found)]))
+def report(found: list[Record], *, page: bool) -> None:
+    text = "\n".join(figures(found))
+    print("\n".join(lines(found)), text, sep="\n\n")
+    if page:
+        if min(record["seed"] for record in found) < REPORTED_FROM:
+            sys.exit(f"--page reports on the seeds for it, from {REPORTED_FROM} on")
+        PAGE.write_text(between(PAGE.read_text(encoding="utf-8"), BEGIN, END, text), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -6,9 +6,8 @@ A door is called only here. All angles in deg.
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from drives_that_differ import over_ignitions
@@ -51,7 +50,6 @@ class Said:
     states: Mapping[str, str] = field(default_factory=dict)
     refusal: str = ""
     valid_alone: int = -1
-    seconds: float = NAN
 
     @property
     def printed(self) -> str:
@@ -196,10 +194,9 @@ DOORS: Mapping[str, Door] = {"folder": folder, "memory": memory, "fleet": fleet,
 def answers(door: str, drives: Sequence[Driven], wanted: Collection[int]) -> dict[int, Said]:
     """By the number of drives so far. A refusal stands in place of the answers that are missing then."""
     found: dict[int, Said] = {}
-    begin = time.process_time()
     try:
         for count, said in DOORS[door](drives, wanted):
-            found[count] = replace(said, seconds=time.process_time() - begin)
+            found[count] = said
     except OncenterError as error:
         refusal = error.code
     except Exception as error:  # one sequence must not end a run of hours

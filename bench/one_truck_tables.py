@@ -59,6 +59,7 @@ def summary(some: Sequence[Record]) -> Record:
         "beyond without": sum(abs(record["error_without"]) > BEYOND_DEG for record in valid),
         "intervals": sum(record["miss"] is not None for record in some),
         "miss": sum(record["miss"] is True for record in some),
+        "valid held": sum(record["miss"] is False for record in valid),
         "valid miss": sum(record["miss"] is True for record in valid),
         "miss own": sum(record["miss_own"] is True for record in some),
         "valid miss own": sum(record["miss_own"] is True for record in valid),
@@ -75,7 +76,6 @@ def summary(some: Sequence[Record]) -> Record:
         "refused": sum(record["status"] == "refused" for record in some),
         "large": len(large),
         "large valid": sum(record["status"] == "valid" for record in large),
-        "seconds": sum(record["seconds"] or 0.0 for record in some if END in record["at"]),
     }
 
 
@@ -135,21 +135,27 @@ def _of(count: int, whole: int) -> str:
     return f"{count} of {whole}" if whole else ""
 
 
-def totals(found: Sequence[Record]) -> Iterator[str]:
-    """By part and door, each answer once."""
-    yield "| part | door | answers | valid | beyond 1 deg | miss whole | miss own | play wrong | accused | missed | s |"
-    yield "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+def figures(found: Sequence[Record]) -> Iterator[str]:
+    """Of the page: by part and door, each answer once, then what is special of a part, by door."""
+    yield (
+        "| part | door | trucks | answers | valid | valid, beyond 1 deg | valid, whole interval holds |"
+        " whole interval holds | its half-width, median | play valid, wrong by 1 deg | accused | missed |"
+    )
+    yield f"|---|---|{'--:|' * 10}"
     for part in PARTS:
-        for door in DOORS:
-            some = [record for record in found if record["part"] == part and record["door"] == door]
-            if not some:
-                continue
+        for door, some in by_door([record for record in found if record["part"] == part]).items():
             s = summary(some)
             yield (
-                f"| {part} | {door} | {s['n']} | {s['valid']} | {s['beyond']} | {_of(s['miss'], s['intervals'])} |"
-                f" {_of(s['miss own'], s['intervals'])} | {s['play wrong']} | {s['accused']} | {s['missed']} |"
-                f" {s['seconds']:.0f} |"
+                f"| {part} | {door} | {len({record['seed'] for record in some})} | {s['n']} | {s['valid']} |"
+                f" {s['beyond']} | {s['valid held']} | {_share_that_holds(some, 'miss')} | {_number(s['whole'])} |"
+                f" {s['play wrong']} | {s['accused']} | {s['missed']} |"
             )
+    yield ""
+    yield f"| of a part | {' | '.join(DOORS)} |"
+    yield f"|---|{'---|' * len(DOORS)}"
+    for name, of_doors in criteria(found):
+        if any(of_doors.values()):
+            yield f"| {name} | {' | '.join(of_doors.get(door, '') for door in DOORS)} |"
 
 
 def by_door(found: Sequence[Record]) -> dict[str, list[Record]]:
@@ -172,10 +178,10 @@ def criteria(found: Sequence[Record]) -> Iterator[tuple[str, dict[str, str]]]:
     def row(start: str, label: str = END) -> Callable[[Record], bool]:
         return lambda record: record["row"].startswith(start) and label in record["at"]
 
-    truck = part("steps", "controls", "calibrated", "multibody")
-    yield "steps, controls: valid and beyond 1 deg, of the valid", of(truck, _beyond)
-    yield "steps, controls: whole interval holds", of(truck, lambda some: _share_that_holds(some, "miss"))
-    yield "steps, controls: driving's interval holds", of(truck, lambda some: _share_that_holds(some, "miss_own"))
+    truck, of_truck = part("steps", "controls", "calibrated", "multibody"), "steps, controls, calibrated, multibody"
+    yield f"{of_truck}: valid and beyond 1 deg, of the valid", of(truck, _beyond)
+    yield f"{of_truck}: whole interval holds", of(truck, lambda some: _share_that_holds(some, "miss"))
+    yield f"{of_truck}: driving's interval holds", of(truck, lambda some: _share_that_holds(some, "miss_own"))
     yield "a step of 3 deg or more: valid with the second drive", of(_second_after_large, _valid)
     yield "healthy: accused", of(lambda r: r["row"].startswith("healthy"), lambda some: _count(some, "accused"))
     for name in ("creeping", "slipping", "relative"):
@@ -242,14 +248,6 @@ def _of_whole(some: Sequence[Record], whole: Mapping[tuple[str, int], float | No
 def _without_pull(some: Sequence[Record]) -> str:
     s = summary(some)
     return f"{_number(s['error without'])}, {_number(s['worst without'])}; {_share_that_holds(some, 'miss')}"
-
-
-def criteria_lines(found: Sequence[Record]) -> Iterator[str]:
-    yield f"| asked | {' | '.join(DOORS)} |"
-    yield f"|---|{'---|' * len(DOORS)}"
-    for name, figures in criteria(found):
-        if any(figures.values()):
-            yield f"| {name} | {' | '.join(figures.get(door, '') for door in DOORS)} |"
 
 
 def criteria_compared(old: Sequence[Record], new: Sequence[Record]) -> Iterator[str]:

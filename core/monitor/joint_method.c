@@ -8,6 +8,8 @@ static const float zero_walk_sd = 0.3f; /* m/s^2: sd of a drifting zero since th
 static const float crown_share_sd = 0.35f; /* sd of standing_crown_share_1, which is between yards and roads */
 static const float removed_sd = 0.06f; /* m/s^2: sd of the removed crown about removed_share of the crown */
 static const float uneven = 0.2f; /* (m/s^2)^2: variance of the removed crown, times the samples */
+/* samples after which the mean bank errs as much as the mean crown of the roads */
+static const float bank_samples = 300.0f;
 /* end */
 
 /* Numerical. */
@@ -67,7 +69,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     if (evidence->joint.bank_samples > 0.0) {
         /* the mean bank of a short drive may be far from the mean crown */
         update_bank(&estimate, (float)evidence->joint.bank_mean, 1.0f,
-                     road * 300.0f / (float)evidence->joint.bank_samples);
+                     road * bank_samples / (float)evidence->joint.bank_samples);
     }
     const oc_estimate standing =
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
@@ -81,7 +83,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
     prior.crown = known->set_up_probability > 0.0f ? crown + unknown_side : 0.0f;
     if (side == 0.0f) { /* as above, the crown of few straights may be far from the mean */
-        const float few = 300.0f / ((float)evidence->joint.crown_samples + 1.0f);
+        const float few = bank_samples / ((float)evidence->joint.crown_samples + 1.0f);
         prior.bank = (float)evidence->joint.crown_bank;
         prior.bank_sd = sqrtf(crown_sd * crown_sd * (1.0f + few) + turning * turning);
         add_removed_crown(&prior, &evidence->joint, crown_size);

@@ -99,6 +99,7 @@ OUTPUT_DTYPE = dtype_of(ffi.typeof("oc_output"))
 TRUCK_DRIVE, TRUCK_PRIORS = dtype_of(ffi.typeof("truck_drive")), dtype_of(ffi.typeof("truck_priors"))
 TRUCK_HISTORIES = dtype_of(ffi.typeof("truck_histories"))
 _STATE_DTYPE = dtype_of(ffi.typeof("oc_state"))
+_EQUATIONS_DTYPE = dtype_of(ffi.typeof("oc_equations"))
 
 
 def _values(array: npt.NDArray[Any] | np.void) -> bytes:
@@ -247,6 +248,27 @@ def texts_of(codes: npt.NDArray[Any], text: Callable[[int], str]) -> npt.NDArray
     """The text of each code of a column, which has few different ones."""
     different, rows = np.unique(codes, return_inverse=True)
     return np.array([text(int(code)) for code in different], object)[rows]
+
+
+def solved_hypotheses(state: Any, design: Mapping[str, Any]) -> list[tuple[Any, Any, float]]:
+    """The joint method's hypotheses that count, each solved, with its oc_equations and its noise, rad^2.
+
+    Args:
+        state: `Core.state()`.
+        design: the members of an oc_hypothesis_design.
+    """
+    joint, prior = state["evidence"]["joint"], state["tracking"]["joint"]["prior"]
+    hypotheses = joint["hypotheses"][: joint["count"]].copy()
+    equations = np.zeros(len(hypotheses), _EQUATIONS_DTYPE)
+    h = ffi.from_buffer("oc_hypothesis[]", hypotheses, require_writable=True)
+    of_h = ffi.from_buffer("oc_equations[]", equations, require_writable=True)
+    second = ffi.from_buffer("oc_second[]", joint["second"].tobytes())
+    given = ffi.from_buffer("oc_prior[]", prior.tobytes()), second
+    counted = [k for k in range(len(hypotheses)) if lib.oc_hypothesis_counts(h + k, second)]
+    of_design = ffi.new("oc_hypothesis_design *", design)
+    for k in counted:
+        lib.oc_hypothesis_solve(h + k, of_design, *given, of_h + k)
+    return [(hypotheses[k], equations[k], float(lib.oc_hypothesis_noise(h + k))) for k in counted]
 
 
 def truck_histories(

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from oncenter import _core
 from oncenter.signals import DEGREE
 from oncenter.tuned import PRIORS, TUNED
 
@@ -24,10 +25,8 @@ OFFSET, PLAY, NEUTRAL = range(3)
 MODES = 4  # kept of a drive: pairs of drives with one flank each are as good as with all twelve (bench/one_truck.py)
 TERMS = tuple(PRIORS)
 _AT = {name: place for place, name in enumerate(TERMS)}
-_SHARED = [1 + _AT[name] for name in ("WIDTH", "UNLOADING")]
+_WIDTH, _UNLOADING = _AT["WIDTH"], _AT["UNLOADING"]
 _LOWER, _LOWER_SHARED = np.tril_indices(len(TERMS)), np.tril_indices(3)
-_WALK_PROVED = 5  # core/joint/hypothesis.h: OC_WALK_PROVED
-_SMOOTHED_NOISE = 0.71  # core/joint/hypothesis_equations.c: smoothed_noise
 _ALIKE = 0.02  # weight times squared distance over variance, below which two modes become one
 _COST_MAX = 18.0  # above the best hypothesis's: others are left out
 # s: load until a flank counts. A drive alone needs 2 s (core/joint/joint_answer.c); a few seconds of several drives err
@@ -60,8 +59,10 @@ def modes_of(state: Any, coefficients: Mapping[str, Any], more_variance: float, 
         rows, and the vector of exp(level + vector' theta - theta' information theta / 2).
     """
     joint, prior = state["evidence"]["joint"], state["tracking"]["joint"]["prior"]
-    hypotheses = [h for h in joint["hypotheses"][: joint["count"]] if _counts(h, joint["second"])]
-    found = [_mode(h, joint, coefficients["joint"], prior) for h in hypotheses]
+    design = coefficients["joint"]["hypothesis"]
+    # a configured play is a prior of the truck, no evidence of the drive
+    own = {**design, "known": {**design["known"], "play_accuracy": 0.0}}
+    found = [_mode(*solved, joint, design, prior) for solved in _core.solved_hypotheses(state, own)]
     least = min(cost for cost, _, _ in found)
     found = [(cost - least, information, vector) for cost, information, vector in found if cost - least < _COST_MAX]
     if not measured:
@@ -72,18 +73,10 @@ def modes_of(state: Any, coefficients: Mapping[str, Any], more_variance: float, 
     return merged([Mode(-c - total, *widened(i, v, spread)) for c, i, v in found], MODES)
 
 
-def _counts(h: Any, second: Any) -> bool:
-    """As oc_hypothesis_counts."""
-    on_probation = h["age"] <= second["probation_s"] < second["used_s"]
-    return not on_probation and h["walks"] in (0, _WALK_PROVED)
-
-
-def _mode(h: Any, joint: Any, c: Any, prior: Any) -> tuple[float, Numbers, Numbers]:
+def _mode(h: Any, solved: Any, noise: float, joint: Any, design: Any, prior: Any) -> tuple[float, Numbers, Numbers]:
     """Cost, information and vector of one hypothesis."""
-    design = c["hypothesis"]
-    noise = float(h["variance"]) * max(float(h["blocks"]["factor"]), float(h["long_blocks"]["factor"]), 1.0)
-    equations, right = _equations(h, design, prior, joint["second"], noise)
-    linear, constant = _of_theta(h, design)
+    equations, right = equations_of(h, solved, noise, design, prior)
+    linear, constant = of_theta(h, design)
     right = linear.T @ (right - equations @ constant)
     equations = linear.T @ equations @ linear
     share = np.linalg.solve(equations[3:, 3:], equations[3:, :3]).T
@@ -99,63 +92,45 @@ def _mode(h: Any, joint: Any, c: Any, prior: Any) -> tuple[float, Numbers, Numbe
     return (cost, *widened(information, vector, spread))
 
 
-def _equations(h: Any, design: Any, prior: Any, second: Any, noise: float) -> tuple[Numbers, Numbers]:
-    """The normal equations of (constant, terms), with the priors of all terms but those that drives share
-    (core/joint/hypothesis_equations.c, add_priors and remove_noise)."""
-    scale, play = np.asarray(design["scale"], np.float64), h["play"]
-    scatter = np.zeros((len(TERMS), len(TERMS)))
-    scatter[_LOWER] = h["scatter"]
-    scatter = scatter + np.tril(scatter, -1).T
-    right = np.asarray(h["target_products"], np.float64) / noise
-    information = np.ones(len(TERMS))
-    information[[_AT["UNLOADING"], _AT["WIDTH"]]] = 0.0
-    information[_AT["YAW_RATE_BIAS"]] = (scale[_AT["YAW_RATE_BIAS"]] / float(prior["yaw_rate_bias_sd"])) ** 2
-    for name, known in (("WHEELBASE", "wheelbase"), ("GRADIENT", "gradient")):
-        information[_AT[name]] = design["known"][known]["information"]
-        right[_AT[name]] += design["known"][known]["right_side"]
-    moved = {"WIND": play["wind"][0], "WIND_ACROSS": play["wind"][1]}
-    if play["friction"] >= 0.0:
-        share = PRIORS["CREEP"][0] / play["creep"]
-        right[_AT["CREEP"]] += (share - 1.0 if share > 1.0 else 1.0 - 1.0 / share) / scale[_AT["CREEP"]]
-        moved |= {"FRICTION": play["friction"], "UNWINDING": play["unwinding"], "WINDUP": 2.0 * play["windup"]}
-    for name, point in moved.items():
-        right[_AT[name]] += (PRIORS[name][0] - point) / scale[_AT[name]]
-    normal = scatter / noise + np.diag(information)
-    _remove_noise(normal, h, design, second, noise)
-    weight, means, target = float(h["weight"]) / noise, np.asarray(h["means"], np.float64), float(h["target_mean"])
-    row = np.concatenate(([1.0], means))
-    equations = weight * np.outer(row, row)
+def equations_of(h: Any, solved: Any, noise: float, design: Any, prior: Any) -> tuple[Numbers, Numbers]:
+    """The normal equations of (constant, terms) of a solved hypothesis, without the priors of the terms that drives
+    share (core/joint/hypothesis_equations.c, set_up_equations). The core has the factor of those of the terms about
+    their means."""
+    lower = np.zeros((len(TERMS), len(TERMS)))
+    lower[_LOWER] = solved["lower"]
+    normal = lower @ lower.T
+    right = normal @ h["terms"]
+    information, scale, play = solved["information"].astype(float), np.asarray(design["scale"], np.float64), h["play"]
+    by_torque = float(prior["zero_information"]) * scale[_UNLOADING] ** 2
+    for k, of_prior, mean in (
+        (_WIDTH, information[_WIDTH], h["width_mean"] - 2.0 * play["half_width"]),
+        (_UNLOADING, information[_UNLOADING] - by_torque, prior["unloading_mean"] - play["unloading"]),
+        (_UNLOADING, by_torque, -play["unloading"]),
+    ):
+        normal[k, k] -= of_prior
+        right[k] -= of_prior * mean / scale[k]
+    row = np.array([1.0, *h["means"]])
+    equations = float(h["weight"]) / noise * np.outer(row, row)
+    of_constant = equations[0] * float(h["target_mean"])
     equations[1:, 1:] += normal
-    return equations, weight * target * row + np.concatenate(([0.0], right))
+    return equations, of_constant + np.array([0.0, *right])
 
 
-def _remove_noise(normal: Numbers, h: Any, design: Any, second: Any, noise: float) -> None:
-    """Of the accelerometer in the gradient's regressor, at most half of what the other terms leave to it."""
-    last = len(TERMS) - 1
-    others = normal[:last, :last] + np.diag(
-        [1.0 if k in (_AT["UNLOADING"], _AT["WIDTH"]) else 0.0 for k in range(last)]
-    )
-    left = normal[last, last] - normal[last, :last] @ np.linalg.solve(others, normal[:last, last])
-    by_samples, by_ticks = (second["noise"][name][0] for name in ("by_samples", "by_ticks"))
-    in_regressor = _SMOOTHED_NOISE * min(float(by_samples), float(by_ticks)) * float(design["of_sum"][last]) ** 2
-    normal[last, last] -= min(float(h["learned_s"]) / noise * in_regressor, 0.5 * max(left, 0.0))
-
-
-def _of_theta(h: Any, design: Any) -> tuple[Numbers, Numbers]:
+def of_theta(h: Any, design: Any) -> tuple[Numbers, Numbers]:
     """(constant, terms) = linear (theta, own terms) + constant. The gradient and all other terms are the drive's own.
 
     o = constant + i K a_0, linear about the present K and a_0; B + W = the play with the wind-up of the column.
     """
     scale, play, ratio = np.asarray(design["scale"], np.float64), h["play"], float(design["steering_ratio"])
     gradient, neutral = max(float(h["gradient"]), 0.0), float(h["unloading"])
-    own = [k for k in range(1, len(TERMS) + 1) if k not in _SHARED]
+    own = [k for k in range(1, len(TERMS) + 1) if k - 1 not in (_WIDTH, _UNLOADING)]
     linear, constant = np.zeros((len(TERMS) + 1, 3 + len(own))), np.zeros(len(TERMS) + 1)
     for place, k in enumerate(own):
         linear[k, 3 + place] = 1.0
     linear[0, OFFSET], linear[0, NEUTRAL] = 1.0, -ratio * gradient
     linear[0, -1] = -ratio * neutral * scale[_AT["GRADIENT"]]
     constant[0] = ratio * gradient * neutral
-    width, unloading = _SHARED
+    width, unloading = 1 + _WIDTH, 1 + _UNLOADING
     linear[unloading, NEUTRAL] = 1.0 / scale[_AT["UNLOADING"]]
     constant[unloading] = -float(play["unloading"]) / scale[_AT["UNLOADING"]]
     linear[width, PLAY] = 1.0 / scale[_AT["WIDTH"]]

@@ -243,7 +243,7 @@ def tuned_module() -> str:
     lines = [
         '"""Numbers of the core, angles in rad. Written by docs/make_params.py from the tables core/*.toml."""',
         "",
-        *("TUNED = {  # by C file and name", *rows, "}"),
+        *("TUNED = {  # by file and name", *rows, "}"),
         *("PRIORS = {  # mean and sd of each term", *priors, "}"),
         *("BETWEEN_DRIVES = {  # sd of each quantity's change at an ignition, and per root of a day", *between, "}"),
         "",
@@ -255,17 +255,17 @@ def tuned_page() -> str:
     lines = [
         "# Tuned constants",
         "",
-        "Numbers in the core that a bench or a drive fixed, or that somebody chose, each with its evidence. They are",
-        "the same for all trucks; what an engineer sets for a truck is a [parameter](params.md). The columns small and",
-        "large give the effect of a smaller and a larger value: measured if the source gives a figure, else by reading",
-        "of the code. Rows in code type are those of the bench; seven characters in brackets are a commit, and",
-        "`git show 72504e3^:CHANGELOG.md` has the figures of former versions.",
+        "Numbers in the core and in a truck's model that a bench or a drive fixed, or that somebody chose, each with",
+        "its evidence. They are the same for all trucks; what an engineer sets for a truck is a",
+        "[parameter](params.md). The columns small and large give the effect of a smaller and a larger value: measured",
+        "if the source gives a figure, else by reading of the code. Rows in code type are those of the bench; seven",
+        "characters in brackets are a commit, and `git show 72504e3^:CHANGELOG.md` has the figures of former versions.",
         "This page is written by `docs/make_params.py` from `core/tuned.toml`.",
     ]
     for stem, rows in table("tuned").items():
         lines += [
             "",
-            f"## {stem}.c",
+            "## truck/now.py" if stem == "truck_now" else f"## {stem}.c",
             "",
             "| name | value | meaning | small | large | source |",
             "|---|--:|---|---|---|---|",
@@ -281,7 +281,7 @@ def tuned_page() -> str:
 def made() -> dict[Path, str]:
     """The text of each file."""
     pages = [ROOT / "docs" / name for name in ("method.md", "truck_over_time.md")]
-    files = [*(ROOT / "core").rglob("*.[ch]"), *pages]
+    files = [*(ROOT / "core").rglob("*.[ch]"), *ROOT.glob("src/oncenter/truck/native/*.c"), *pages]
     texts = {path: path.read_text(encoding="utf-8") for path in files}
     return {path: with_rows(text) for path, text in texts.items() if BLOCK.search(text)} | {
         ROOT / "docs" / "params.md": page(),

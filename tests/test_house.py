@@ -197,7 +197,9 @@ CORE_C_FILES = sorted((ROOT / "core").rglob("*.c"))
 C_FILES = CORE_C_FILES + sorted(ROOT.glob("src/oncenter/*/native/*.c"))
 
 
-@pytest.mark.parametrize("path", CORE_C_FILES, ids=lambda path: path.name)
+@pytest.mark.parametrize(
+    "path", CORE_C_FILES + sorted(ROOT.glob("src/oncenter/truck/native/*.c")), ids=lambda path: path.name
+)
 def test_the_constants_of_a_file_say_whether_they_are_derived_numerical_or_tuned(path: Path) -> None:
     lines = path.read_text(encoding="utf-8").splitlines()
     groups = [line for line in lines if line.startswith(("/* Derived", "/* Numerical", "/* Tuned"))]

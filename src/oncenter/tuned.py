@@ -1,6 +1,6 @@
 """Numbers of the core, angles in rad. Written by docs/make_params.py from the tables core/*.toml."""
 
-TUNED = {  # by C file and name
+TUNED = {  # by file and name
     "angle.first_pole_hz": 5.0,
     "angle.pair_hz": 3.8,
     "angle.pair_damping": 0.65,
@@ -332,6 +332,18 @@ TUNED = {  # by C file and name
     "monitor.near_unknown_straight": 0.3490658503988659,
     "monitor.backward_speed_max": 10.0,
     "monitor.braked_memory_s": 1.0,
+    "truck_filter.negligible": 12.0,
+    "truck_filter.alike": 0.25,
+    "truck_filter.as_wide": 2.0,
+    "truck_filter.changes_from": 7.0,
+    "truck_filter.as_stated": 0.9,
+    "truck_now.found_share": 0.9,
+    "truck_now.probable": 0.5,
+    "truck_now.sure": 0.9,
+    "truck_now.zero_drives_min": 4.0,
+    "truck_now.ambiguous": 2.0,
+    "truck_now.pull_unidentified": 0.5,
+    "truck_now.pull_identified": 0.8,
 }
 PRIORS = {  # mean and sd of each term
     "YAW_ACCELERATION": (0.0, 1.7453292519943295),

@@ -27,15 +27,9 @@ OFFSET, PLAY, BIAS, PULL, CROWN, STEER, STEER_BENT = range(7)
 _DAY_S = 86400.0
 _DAYS_UNKNOWN = 1.0  # between two drives whose dates are unknown or overlap
 _STATED = {"calibrated": "offset", "repaired": "both", "changed": "alignment"}
-_FOUND_SHARE = 0.9  # of the changes that the core finds within a drive, and that happened
 _ANYWHERE_INFORMATION = 1e-3  # 1/rad^2, against a division by zero
-_PROBABLE = 0.5  # a change that is reported
-_SURE = 0.9  # a zero that is not fixed
-_ZERO_DRIVES_MIN = 4
 _WIDE_PULL = 2  # variant of the filter's trucks, see `priors_of_filter`
 _TINY = 1e-12  # against a division by zero
-_AMBIGUOUS = 2.0  # widths of the narrowest history
-_PULL_IDENTIFIED = (0.5, 0.8)  # share of the pull's prior variance: below none of the pull is subtracted, above all
 
 
 @dataclass(frozen=True)
@@ -197,7 +191,7 @@ def table_of(rows: Sequence[Row], priors: Priors, events: Sequence[Event], loads
             if at == place > 0
         ]
         if row.moved_sd > 0.0:
-            stated.append(_Stated("offset", _FOUND_SHARE, row.moved, row.moved_sd))
+            stated.append(_Stated("offset", TUNED["truck_now.found_share"], row.moved, row.moved_sd))
         if stated:
             _state(table[place], stated)
     return table
@@ -269,7 +263,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
         np.exp(histories["log_weight"]), histories["mean"], histories["covariance"].reshape(-1, 7, 7)
     )
     pull, pull_variance = _mixed(weights, means[:, PULL], covariances[:, PULL, PULL])
-    low, high = _PULL_IDENTIFIED
+    low, high = TUNED["truck_now.pull_unidentified"], TUNED["truck_now.pull_identified"]
     at_first = priors.pull_sd_m_s2**2 * np.where(histories["variant"] == _WIDE_PULL, priors.wide_pull**2, 1.0)
     share = 1.0 - float(weights @ (covariances[:, PULL, PULL] / np.maximum(at_first, _TINY)))
     identified = min(max((share - low) / (high - low), 0.0), 1.0)
@@ -314,7 +308,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
         zero=zero,
         evidence_s=sum(r.used_s for r in rows[since:]),
         has_flanks=min(sum(r.left_s for r in recent), sum(r.right_s for r in recent)) >= flank_s,
-        is_ambiguous=own[1] - own[0] > _AMBIGUOUS * narrowest,
+        is_ambiguous=own[1] - own[0] > TUNED["truck_now.ambiguous"] * narrowest,
         offsets=offsets,
         offset_sds=offset_sds,
     )
@@ -387,7 +381,8 @@ def _since(weights: Numbers, firsts: Numbers) -> int:
 
 def _zero(weights: Numbers, histories: npt.NDArray[np.void], drives: int) -> Zero:
     for code, name in enumerate(_core.TRUCK_ZEROS):
-        if name != "fixed" and drives >= _ZERO_DRIVES_MIN and float(weights[histories["zero"] == code].sum()) > _SURE:
+        is_sure = float(weights[histories["zero"] == code].sum()) > TUNED["truck_now.sure"]
+        if name != "fixed" and drives >= TUNED["truck_now.zero_drives_min"] and is_sure:
             return cast(Zero, name)
     return "fixed"
 
@@ -403,7 +398,7 @@ def _changes(weights: Numbers, histories: npt.NDArray[np.void], best: Any, prior
         for of_play, alike in _CHANGED.items():
             same = there & (drives == drive) & np.isin(kinds, alike)
             probability = float(weights @ same.any(axis=1))
-            if kind in alike and probability > _PROBABLE:
+            if kind in alike and probability > TUNED["truck_now.probable"]:
                 was, was_variance = before[2:] if of_play else before[:2]
                 value, variance = after[of_play]
                 sd, name = math.sqrt(variance + was_variance), "play" if of_play else _core.TRUCK_CHANGES[kind]

@@ -13,12 +13,17 @@ enum {
     CHOSEN = 2 * TRUCK_KEPT
 };
 
-static const double negligible = 12.0;    /* log of a history's weight below that of the most probable one */
-static const double alike = 0.25;         /* squared distance over variance, below which two histories become one */
-static const double as_wide = 2.0;        /* ratio of variances, above which they stay two */
-static const double changes_from = 7.0;   /* the same by the banks, below which only a stated change is tried */
-static const double as_stated = 0.9;      /* probability that a stated size was stored once and with the right sign */
+/* Derived. */
 static const double log_two_pi = 1.8378770664093453;
+
+/* Tuned, in tuned.toml: truck_filter */
+static const double negligible = 12.0; /* log weight below the best history's, from which a history is discarded */
+static const double alike = 0.25; /* squared distance over variance, below which two histories become one */
+static const double as_wide = 2.0; /* ratio of variances, above which two histories stay two */
+/* log weight below the best history's by the banks, from which only a stated change is tried */
+static const double changes_from = 7.0;
+static const double as_stated = 0.9; /* probability that a stated size was stored once and with the right sign */
+/* end */
 
 /* A way on from a history: what changed, the mode of the drive, and whether the drive is wrong. */
 typedef struct {

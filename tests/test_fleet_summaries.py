@@ -52,7 +52,7 @@ def test_a_row_of_evidence_comes_back_from_its_columns() -> None:
     assert back is not None
     for name in (field.name for field in fields(Row)):
         value, expected = getattr(back, name), getattr(ROW, name)
-        if isinstance(expected, str | tuple):
+        if isinstance(expected, str | tuple | bytes):
             assert value == expected, name
         else:
             assert value == pytest.approx(expected, rel=1e-9, nan_ok=True), name

@@ -312,7 +312,7 @@ def test_the_command_never_overwrites_its_inputs_with_the_memory(
     ("options", "said"),
     [
         (["--memory", "m.toml", "--method", "thesis"], "a memory needs method 'joint'"),
-        (["--event", "repaired@2026-03-02", "--method", "thesis"], "--event needs method 'joint', got 'thesis'"),
+        (["--event", "repaired@2026-03-02", "--method", "thesis"], "an event needs method 'joint', got 'thesis'"),
         (["--memory", "no/such/folder/m.toml"], "no folder"),
         (["--applied", "1e9"], "--applied must be -720 to 720"),
         (["--applied", "nan"], "--applied must be -720 to 720"),

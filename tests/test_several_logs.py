@@ -157,6 +157,14 @@ def test_a_last_log_that_alone_differs_is_not_valid_and_needs_one_more_drive() -
         assert "drives_differ" not in {finding.code for finding in other.findings}
 
 
+def test_a_former_truck_adds_nothing_to_the_present_one() -> None:
+    both = moved(days(2), 1, 5.0)
+    former, present = (replace(drive, start_s=MONDAY_S + day * DAY_S) for day, drive in enumerate(both))
+    answer = oc.offset([former, present], vehicle(), events=[Event(MONDAY_S + 0.9 * DAY_S, "another_truck")])
+    assert answer.offset == oc.offset(present, vehicle()).offset
+    assert [drive.log for drive in answer.drives] == [present.log]
+
+
 def test_an_event_beside_a_log_without_a_date_is_refused_in_one_line() -> None:
     with pytest.raises(oc.OncenterError, match=r"day0.parquet has no date.*calibrated@"):
         oc.offset(list(days(2)), vehicle(), events=[Event(MONDAY_S, "calibrated")])

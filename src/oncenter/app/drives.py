@@ -54,9 +54,12 @@ class Drives:
         files = self._files()
         number = int(files[-1].stem) + 1 if files else 1
         write_whole(self._folder / f"{number:06}.json", json.dumps({"said": said, "keys": keys}))
-        for old in files:
-            if in_memory.isdisjoint(_read(old)["keys"]):
-                old.unlink(missing_ok=True)
+        self._drop_what_is_not_in(in_memory)
+
+    def _drop_what_is_not_in(self, memory: frozenset[str]) -> None:
+        for file in self._files():
+            if memory.isdisjoint(_read(file)["keys"]):
+                file.unlink(missing_ok=True)
 
     def said(self, number: str) -> dict[str, Any] | None:
         """The answer on a drive."""
@@ -107,7 +110,7 @@ class Drives:
         }
 
     def forget(self, number: str) -> None:
-        """Takes a drive out of the memory."""
+        """Takes a drive out of the memory, with all its logs."""
         gone = next((each for each in self._files() if each.stem == number), None)
         if gone is None:
             return
@@ -115,6 +118,7 @@ class Drives:
         left = tuple(drive for drive in memory.drives if not keys & {*drive.key})
         write_memory(self.memory, replace(memory, drives=left, vin=memory.vin if left else None))
         gone.unlink(missing_ok=True)
+        self._drop_what_is_not_in(self._keys())
 
     def _keys(self) -> frozenset[str]:
         return frozenset(key for drive in self._memory().drives for key in drive.key)

@@ -110,8 +110,6 @@ def offset(
     failing, take = kinds_of(fail_on), sources_of(source)
     if each:
         _refuse_of_one_answer({"--report": report, "--memory": memory, "--join": join, "--event": event})
-    if event and method != "joint":
-        raise OncenterError(f"--event needs method 'joint', got '{method}'", code="usage", exit_code=WRONG_USAGE)
     places = logs_at(logs)
     inputs = [*places.logs, *filter(None, [vehicle_file]), *(dbc or ())]
     truck = _truck(vehicle_file, inputs, report, memory, applied, limit)

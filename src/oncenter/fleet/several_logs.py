@@ -1,11 +1,12 @@
 """Logs of one truck with short stops between are one drive, as for `oncenter offset LOGS`.
 
-Each log is answered alone first, in any order and on any machine. Then its logs' dates are known, and the drive is
+Each log is answered alone first, in any order and on any machine. Then each drive is
 answered as a whole: the row of its last log keeps that answer, in `drive`, with the keys of all its logs.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -36,7 +37,7 @@ def _continues(before: Row, row: Row, events: Sequence[Event]) -> bool:
     ):
         return False
     alike = all(before.get(name) == row.get(name) for name in ("vehicle_file", "settings"))
-    return alike and is_short(stop_between(before["start"] + before["span_s"], row["start"], events))
+    return alike and is_short(stop_between(before["start"] + (before.get("span_s") or math.nan), row["start"], events))
 
 
 def has_answer(logs: Sequence[Row]) -> bool:

@@ -110,10 +110,14 @@ def offset(
         raise OncenterError(
             f"method '{method}' does not exist; use one of {', '.join(METHODS)}", code="method", exit_code=WRONG_USAGE
         )
+    if events and method != "joint":
+        raise OncenterError(f"an event needs method 'joint', got '{method}'", code="usage", exit_code=WRONG_USAGE)
     vehicle = Vehicle(name=UNKNOWN_TRUCK) if vehicle is None else vehicle_of(vehicle, "offset")
     if method != "joint":
         require_truck(vehicle, f"method '{method}'", JOINT_DOES)
-    recorded, of_copies = without_copies(in_order(drives_of(signals, "offset")))
+    logs = in_order(drives_of(signals, "offset"))
+    check_dates(logs, events)
+    recorded, of_copies = without_copies(logs)
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(params_of(vehicle, params), given, method, recorded)
     used_params = with_rear_axle(used_params, method, recorded)
@@ -121,7 +125,6 @@ def offset(
     drives, unfit = without_unfit_wheels(recorded, vehicle)
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
-    check_dates(recorded, events)
     past = _Past(tuple(before), tuple(events))
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, past, progress)
     answer = with_fitting_bends(with_offsets_of_both_axles(answer), recorded)

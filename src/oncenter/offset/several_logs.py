@@ -22,7 +22,7 @@ from oncenter.offset.joint_findings import listed, zero_moves
 from oncenter.read.whole_turns import is_relative
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck import now
-from oncenter.truck.events import Event
+from oncenter.truck.events import Event, is_former
 from oncenter.truck.now import Truck, truck_now
 from oncenter.truck.priors import priors_of
 from oncenter.truck.row import Row
@@ -63,7 +63,8 @@ class Together:
 def combined(given: Sequence[Drive], params: Mapping[str, float], events: Sequence[Event] = ()) -> Together:
     """All drives of a truck by the joint method; some of them were answered now, and stand last. Drives without a date
     keep their places."""
-    drives = list(given)
+    present = [drive for drive in given if not is_former(drive.row.start_s, events)]
+    drives = present if any(drive.native is not None for drive in present) else list(given)
     if all(math.isfinite(drive.row.start_s) for drive in drives):
         drives.sort(key=lambda drive: drive.row.start_s)
     answered = tuple(drive for drive in drives if drive.native is not None)
@@ -74,7 +75,7 @@ def combined(given: Sequence[Drive], params: Mapping[str, float], events: Sequen
     counted = now.usable((drive.row for drive in drives), events)
     usable = [k for k, drive in enumerate(drives) if any(drive.row is row for row in counted)]
     if len(usable) < 2:
-        together = _by_one(answered, [drive for drive in answered if drive.row.is_usable])
+        together = _by_one(answered, [drives[k] for k in usable if drives[k].native is not None])
         return replace(together, every=answered)
     rows = tuple(drives[k].row for k in usable)
     truck = truck_now(rows, events, priors_of(params))

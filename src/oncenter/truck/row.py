@@ -94,7 +94,9 @@ def row_of(
         friction=max(friction, 0.0),
         creep=float(play["creep"]) if friction >= 0.0 else 0.0,
         bank=native["bank_mean"] if banked else math.nan,
-        bank_variance=params["crown_sd_m_s2"] ** 2 * _BANK_SAMPLES / samples if banked else math.nan,
+        bank_variance=params["crown_sd_m_s2"] ** 2 * TUNED["joint_method.bank_samples"] / samples
+        if banked
+        else math.nan,
         standing=standing["value"] if measured and _core.status_of(standing) == "valid" else math.nan,
         measured=measured,
         ratio=vehicle.ratio_near_centre,
@@ -109,9 +111,6 @@ def row_of(
         logs=logs,
         image=core.save(0),
     )
-
-
-_BANK_SAMPLES = 300.0  # core/monitor/joint_method.c, prior_of: the mean bank of a short drive
 
 
 def _variance_beside(state: Any, core: _core.Core, native: _core.OcAnswer, params: Mapping[str, float]) -> float:

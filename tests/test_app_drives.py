@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,10 +14,13 @@ from truck_rows import drive_row
 
 import oncenter as oc
 from oncenter.app.drives import Drives
+from oncenter.errors import OncenterError
 from oncenter.fleet.ranking import OfTruck, histories
 from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_memory
 from oncenter.memory.truck import PastDrive, settings_of
 from oncenter.signals import Signals
+from oncenter.truck.row import Row
+from oncenter.vehicle import Vehicle
 
 TRUCK = oc.vehicle("scania_r730_4x2")
 DAY_S, MONDAY_S = 86400.0, 1_772_000_000.0
@@ -115,7 +119,7 @@ def test_a_drive_that_the_memory_drops_leaves_the_list(
 def test_a_memory_without_answers_has_no_common_offset(drives: Drives) -> None:
     for file in drives.memory.parent.glob("*.json"):
         file.unlink()
-    assert drives.listed() == {"drives": [], "common": None}
+    assert drives.listed() == {"drives": [], "common": None, "events": []}
 
 
 @pytest.mark.parametrize(
@@ -126,10 +130,37 @@ def test_a_memory_without_answers_has_no_common_offset(drives: Drives) -> None:
 def test_the_common_offset_has_the_verdict_of_a_fleet(tmp_path: Path, offset_deg: float, more: dict[str, Any]) -> None:
     rows = [drive_row(day, offset_deg, sds=(0.05, 0.3, 0.02), **more) for day in range(3)]
     (history,) = histories([OfTruck("truck", [of_drive(row) for row in rows], 2.0)])
-    settings, drives = settings_of(TRUCK, None), Drives(tmp_path, TRUCK)
+    assert with_rows(tmp_path, rows).listed()["common"]["state"] == history.truck["state"]
+
+
+def with_rows(folder: Path, rows: Sequence[Row], truck: Vehicle = TRUCK) -> Drives:
+    """After drives with these rows."""
+    settings, drives = settings_of(truck, None), Drives(folder, truck)
     past = tuple(PastDrive((f"{day:06}",), row, settings) for day, row in enumerate(rows))
-    write_memory(drives.memory, TruckMemory(TRUCK.name, drives=past))
-    offset = {"value": offset_deg, "ci95_drive": None}
+    write_memory(drives.memory, TruckMemory(truck.name, drives=past))
+    offset = {"value": 0.0, "ci95_drive": None}
     said = {"start_time": None, "log": "a", "offset": offset, "verdicts": [{"state": "within"}], "limit_deg": 2.0}
-    (tmp_path / "000001.json").write_text(json.dumps({"said": said, "keys": []}), encoding="utf-8")
-    assert drives.listed()["common"]["state"] == history.truck["state"]
+    (folder / "000001.json").write_text(json.dumps({"said": said, "keys": []}), encoding="utf-8")
+    return drives
+
+
+DIFFERS = [drive_row(day, offset_deg, sds=(0.05, 0.3, 0.02)) for day, offset_deg in enumerate((3.0, 3.0, 3.0, 0.2))]
+
+
+def test_a_last_drive_that_differs_is_asked_about_until_it_is_stated(tmp_path: Path) -> None:
+    assert not with_rows(tmp_path, DIFFERS[:3]).listed()["common"]["asks"]
+    drives = with_rows(tmp_path, DIFFERS)
+    before = drives.listed()
+    assert before["common"]["asks"] and before["common"]["state"] == "undecided"
+    drives.state("calibrated")
+    after = drives.listed()
+    assert not after["common"]["asks"] and after["common"]["state"] == "within" and after["common"]["count"] == 1
+    assert [event["kind"] for event in after["events"]] == ["calibrated"]
+    drives.take_back(0)
+    assert drives.listed() == before
+
+
+def test_only_a_known_kind_of_a_truck_with_drives_can_be_stated(tmp_path: Path) -> None:
+    for drives, kind in ((with_rows(tmp_path, DIFFERS), "painted"), (Drives(tmp_path / "none", TRUCK), "repaired")):
+        with pytest.raises(OncenterError, match=f"'{kind}' cannot be stated"):
+            drives.state(kind)

@@ -12,8 +12,10 @@ import pytest
 from asammdf import MDF, Signal
 from browser import note_errors
 from test_app import Page, served
+from test_app_drives import DIFFERS, with_rows
 from test_live_page import PARAMS, session_of
 
+import oncenter as oc
 from oncenter.fleet.page import Contents, write_page
 from oncenter.fleet.page_data import PageData
 from oncenter.live.web import Page as LivePage
@@ -182,6 +184,27 @@ def test_before_and_after_become_a_certificate_without_barriers(
     opened.click("text=Forget this truck")
     opened.wait_for_selector("#drives:empty", state="attached")
     assert opened.text_content("#answer") == CHANGED  # it was of the truck that is gone
+
+
+@AT_NIGHT
+def test_a_drive_that_differs_is_asked_about_and_the_answer_counts(
+    opened: Any, page: Page, tmp_path: Path, barriers: Callable[[Any], list[str]]
+) -> None:
+    name = tmp_path.name
+    keep_truck(opened, name)
+    folder = page.trucks / "drives" / name
+    folder.mkdir(parents=True)
+    with_rows(folder, DIFFERS, oc.vehicle(page.trucks / f"{name}.toml"))
+    opened.reload()
+    opened.select_option("#truck", name)
+    opened.wait_for_selector("text=Was something done to the truck")
+    assert barriers(opened) == []
+    opened.click("text=The sensor was calibrated")
+    opened.wait_for_selector("#drives h3:has-text('Done to the truck')")
+    assert "Within the limit" in opened.text_content("#drives") and not opened.is_visible("text=Was something done")
+    assert barriers(opened) == []
+    opened.click("[aria-label$='The sensor was calibrated']")
+    opened.wait_for_selector("text=Was something done to the truck")
 
 
 @AT_NIGHT

@@ -23,7 +23,7 @@ async function listDrives() {
     return;
   }
   try {
-    const {drives, common, facts, fields} = await send("GET", path);
+    const {drives, common, events, facts, fields} = await send("GET", path);
     if (chosenTruck().option !== option) return; // chosen on meanwhile
     former = drives.map(({drive, log, start, verdict}) => ({drive, of: driveOf({log, start_time: start}), text: `${day(start)}, ${log}: ${verdict.headline}`}));
     const about = made("p", facts.join(" · "), "facts");
@@ -32,10 +32,11 @@ async function listDrives() {
     const parts = drives.length ? [made("h3", texts.drives), list] : [made("small", texts.no_drives)];
     if (common) {
       const {state, word, count, since, offset, interval} = common, together = made("p");
-      const when = since ? `${texts.drives_since} ${day(since)}` : texts.drives_all;
-      together.append(mark(state, word), ` ${texts.together}, ${count} ${when}: ${inDegrees(offset, interval)}`);
-      parts.push(together);
+      const drives = `${count} ${count === 1 ? texts.drive : texts.drives_all}`, when = since ? ` ${texts.since} ${day(since)}` : "";
+      together.append(mark(state, word), ` ${texts.together}, ${drives}${when}: ${inDegrees(offset, interval)}`);
+      parts.push(together, ...(common.asks ? asking(path) : []));
     }
+    if (events.length) parts.push(made("h3", texts.events), eventsOf(events, path));
     shown.replaceChildren(about, changing(fields), ...parts, forgetting(texts.forget_truck, texts.forget_truck_sure, path, () => {
       option.remove();
       part("truck").value = "";
@@ -55,6 +56,39 @@ function driveRow({drive, start, log, offset, interval, verdict}, path) {
   button.setAttribute("aria-label", `${texts.forget}: ${day(start)}, ${log}`);
   row.append(made("span", day(start)), made("span", log), said, button);
   return row;
+}
+
+// A drive that contradicts those before may follow a repair. Stated by a person, it makes the next answer certain.
+const ASKED = ["calibrated", "repaired", "changed"];
+function asking(path) {
+  const buttons = made("p", "", "asked");
+  for (const kind of ASKED) {
+    const button = made("button", texts[`done_${kind}`], "small");
+    button.type = "button";
+    button.addEventListener("click", async () => {
+      try {
+        await send("POST", `${path}/events`, {kind});
+        await listDrives();
+        forgetAnswer();
+      } catch (error) {
+        buttons.after(made("p", error.message, "wrong"));
+      }
+      part("truck").focus();
+    });
+    buttons.append(button);
+  }
+  return [made("p", texts.asks, "note"), buttons];
+}
+
+function eventsOf(events, path) {
+  const list = made("ul", "", "drives");
+  for (const [place, {kind, date}] of events.entries()) {
+    const row = made("li"), button = forgetting(texts.forget, texts.forget_event, `${path}/events/${place}`, listDrives);
+    button.setAttribute("aria-label", `${texts.forget}: ${day(date)}, ${texts[`done_${kind}`]}`);
+    row.append(made("span", day(date)), made("span", texts[`done_${kind}`]), made("span"), button);
+    list.append(row);
+  }
+  return list;
 }
 
 // The form with the data of the truck, whose name stays.

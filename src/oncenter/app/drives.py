@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from oncenter.errors import OncenterError
 from oncenter.files.whole_file import write_whole
 from oncenter.fleet.offset_now import offset_of, with_priors
 from oncenter.fleet.verdict import state_of
 from oncenter.memory import TruckMemory, read_memory, write_memory
 from oncenter.offset.inputs import params_of
+from oncenter.truck.events import KINDS, Event, with_stated
 from oncenter.truck.now import Truck, truck_now, usable
 from oncenter.truck.priors import priors_of
+from oncenter.truck.row import Row
 from oncenter.utc import iso
 from oncenter.vehicle import Vehicle
 from oncenter.verdict.states import AT_FAULT, STATES
@@ -82,7 +86,8 @@ class Drives:
             }
             for number, said in answers.items()
         ]
-        return {"drives": rows[::-1], "common": self._common(list(answers.values()))}
+        events = [{"kind": event.kind, "date": iso(event.time_s)} for event in self._memory().events]
+        return {"drives": rows[::-1], "common": self._common(list(answers.values())), "events": events}
 
     def _common(self, answers: list[dict[str, Any]]) -> dict[str, Any] | None:
         memory = self._memory()
@@ -107,7 +112,27 @@ class Drives:
             "since": iso(offset.since),
             "offset": offset.value,
             "interval": offset.own,
+            "asks": _contradicts(truck, rows, memory.events),
         }
+
+    def state(self, kind: str) -> None:
+        """That something was done to the truck before its last drive.
+
+        Raises:
+            OncenterError: "usage": there is no such kind, or no drive.
+        """
+        memory = self._memory()
+        rows = usable(memory.rows_of(self._truck), memory.events)
+        if kind not in KINDS or not rows:
+            raise OncenterError(f"'{kind}' cannot be stated of a truck with {len(rows)} drives", code="usage")
+        event = Event(math.floor(rows[-1].start_s), kind)  # a memory has whole seconds
+        write_memory(self.memory, replace(memory, events=with_stated(memory.events, [event])))
+
+    def take_back(self, number: int) -> None:
+        """Forgets an event, by its place in the list."""
+        memory = self._memory()
+        left = tuple(event for k, event in enumerate(memory.events) if k != number)
+        write_memory(self.memory, replace(memory, events=left))
 
     def forget(self, number: str) -> None:
         """Takes a drive out of the memory, with all its logs."""
@@ -128,6 +153,13 @@ class Drives:
 
     def _memory(self) -> TruckMemory:
         return read_memory(self.memory, self._truck.name)
+
+
+def _contradicts(truck: Truck, rows: Sequence[Row], events: Sequence[Event]) -> bool:
+    """Whether the last drive differs from those before, and nothing that was done to the truck is stated."""
+    before, last = rows[-2:]
+    is_stated = any(before.start_s < event.time_s <= last.start_s for event in events)
+    return not is_stated and (truck.is_ambiguous or any(change.at == len(rows) - 1 for change in truck.changes))
 
 
 def _read(file: Path) -> dict[str, Any]:

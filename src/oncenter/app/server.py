@@ -85,6 +85,8 @@ def _server(key: str, ticket: str, trucks: Trucks, uploads: Uploads, answers: An
             (r"/answers", _Answers, places),
             (r"/trucks/([^/]+)", _Truck, {"trucks": trucks}),
             (r"/trucks/([^/]+)/drives/(\d+)", _Drive, {"trucks": trucks}),
+            (r"/trucks/([^/]+)/events", _Events, {"trucks": trucks}),
+            (r"/trucks/([^/]+)/events/(\d+)", _Events, {"trucks": trucks}),
             (r"/comparisons", _Comparisons, {"trucks": trucks, "answers": answers}),
             (r"/answers/([\w-]+)", _Answer, {"answers": answers}),
             (r"/answers/([\w-]+)/report", _Report, {"answers": answers}),
@@ -318,6 +320,27 @@ class _Drive(Guarded):
     def delete(self, name: str, number: str) -> None:
         try:
             self._trucks.drives(name).forget(number)
+            self.finish({})
+        except OncenterError as error:
+            self.refuse(error)
+
+
+class _Events(Guarded):
+    """Events that a person states of it."""
+
+    def initialize(self, trucks: Trucks) -> None:
+        self._trucks = trucks
+
+    def post(self, name: str) -> None:
+        try:
+            self._trucks.drives(name).state(str(_asked(self).get("kind")))
+            self.finish({})
+        except OncenterError as error:
+            self.refuse(error)
+
+    def delete(self, name: str, number: str) -> None:
+        try:
+            self._trucks.drives(name).take_back(int(number))
             self.finish({})
         except OncenterError as error:
             self.refuse(error)

@@ -22,7 +22,7 @@ from oncenter.memory.truck import PastDrive, Remembered, TruckMemory
 from oncenter.signals import DEGREE
 from oncenter.truck.events import Event, event_of, with_stated
 from oncenter.truck.row_columns import columns_of, row_in
-from oncenter.utc import iso
+from oncenter.utc import iso, utc
 
 SCHEMA, _FORMER = "oncenter/truck-2", "oncenter/truck-1"
 _CODE = "memory_file"  # of errors
@@ -183,7 +183,7 @@ def _lines(memory: TruckMemory) -> Iterator[str]:
 
 def _drive_lines(drive: PastDrive) -> Iterator[str]:
     row = drive.row
-    yield f"date = {iso(row.start_s)}"
+    yield f"date = {utc(row.start_s).isoformat(timespec='milliseconds')}"
     yield entry("fingerprints", list(drive.key))
     yield entry("logs", [printable(log) for log in row.logs])
     yield entry("settings", printable(drive.settings))

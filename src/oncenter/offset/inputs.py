@@ -98,8 +98,9 @@ def continues(before: Signals, log: Signals) -> bool:
 
 
 def is_short(stop_s: float) -> bool:
-    """Whether a truck that stood for so long is on the same drive; NaN: unknown, and two logs that overlap are two."""
-    return 0.0 <= stop_s <= _STOP_MAX_S
+    """Whether a truck that stood for so long is on the same drive; NaN: unknown. Two logs that overlap by more than a
+    rounded second are two."""
+    return -1.0 <= stop_s <= _STOP_MAX_S
 
 
 def begin_of(log: Signals) -> float:

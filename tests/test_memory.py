@@ -232,6 +232,18 @@ def test_logs_one_after_another_give_the_same_as_all_at_once(tmp_path: Path) -> 
         assert answer.offset_ci95_drive == pytest.approx(together.offset_ci95_drive, abs=1e-6)
 
 
+def test_a_drive_that_says_nothing_leaves_the_truck_s_answer_as_it_was(tmp_path: Path) -> None:
+    signals, other = (drive(tmp_path, "thesis_drive", seed, 400.0, "backlash_deg = 8.0")[0] for seed in (1, 2))
+    first, second = days_of(signals, 1), days_of(replace(other, table=other.table.head(1500)), 2)
+    before, memory = offset_with_memory([first], truck(), TruckMemory("truck"))
+    after, _ = offset_with_memory([second], truck(), memory)
+    assert before.offset.value is not None and oc.offset(second, truck()).offset.status == "unobservable"
+    assert after.offset.value == pytest.approx(before.offset.value, abs=0.05 * DEGREE)
+    assert before.offset_half_width_rad is not None and after.offset_half_width_rad is not None
+    assert 1.0 <= after.offset_half_width_rad / before.offset_half_width_rad < 2.0
+    assert after.understeer_gradient.status == "unobservable" and after.understeer_gradient.value is None
+
+
 def test_drives_of_one_truck_narrow_the_offset_and_contain_the_truth(tmp_path: Path) -> None:
     """Short motorway drives that mostly see one flank of 8 deg of play; each its own offset."""
     alone, together, held = [], [], 0

@@ -74,7 +74,7 @@ def combined(given: Sequence[Drive], params: Mapping[str, float], events: Sequen
         return Together((last,), last.native, tuple(drives[:-1]), None, None, answered)
     counted = now.usable((drive.row for drive in drives), events)
     usable = [k for k, drive in enumerate(drives) if any(drive.row is row for row in counted)]
-    if len(usable) < 2:
+    if len(usable) < 2 and all(drives[k].native is not None for k in usable):
         together = _by_one(answered, [drives[k] for k in usable if drives[k].native is not None])
         return replace(together, every=answered)
     rows = tuple(drives[k].row for k in usable)
@@ -95,7 +95,8 @@ def combined(given: Sequence[Drive], params: Mapping[str, float], events: Sequen
 
 
 def _by_one(drives: Sequence[Drive], usable: Sequence[Drive]) -> Together:
-    """Fewer than two drives have an offset: that of the one, else of the longest; with the time of all."""
+    """Fewer than two drives have an offset, each answered now: that of the one, else of the longest; with the time of
+    all."""
     natives = [drive.native for drive in drives if drive.native is not None]
     one = usable[0].native if usable else max(natives, key=lambda native: native["used"])
     assert one is not None
@@ -145,13 +146,16 @@ def _estimate(value: float, sd: float, evidence: float, status: str, lean: float
 
 
 def _mean(natives: Sequence[_core.OcAnswer], of: Callable[[_core.OcAnswer], float]) -> float:
-    """Weighted by the seconds used."""
-    return float(np.average([of(native) for native in natives], weights=[native["used"] for native in natives]))
+    """Weighted by the seconds used, of which a single drive may have none."""
+    weights = [max(native["used"], 1e-9) for native in natives]
+    return float(np.average([of(native) for native in natives], weights=weights))
 
 
 def _averaged(estimates: Sequence[_core.OcEstimate]) -> _core.OcEstimate:
     """Of a quantity that loads change a little: the mean of those with the best status, with their scatter."""
     status = _best_status(estimates)
+    if status == "unobservable":
+        return estimates[-1]
     best = [estimate for estimate in estimates if _core.status_of(estimate) == status]
     values = np.array([estimate["value"] for estimate in best])
     weights = np.array([estimate["standard_deviation"] for estimate in best]) ** -2.0
@@ -243,7 +247,7 @@ def with_logs(answer: Answer, together: Together) -> Answer:
         answer = replace(answer, findings=(drives_differ(truck.offsets.tolist()), *answer.findings))
     findings = [each for each in answer.findings if each.code != "interval"]
     findings.append(_interval(truck))
-    if truck.load_would_help and answer.zero == "fixed":
+    if truck.load_would_help and len(together.rows) > 1 and answer.zero == "fixed":
         findings.append(_another_load())
     return replace(answer, findings=tuple(findings))
 

@@ -7,11 +7,14 @@ from pathlib import Path
 import polars as pl
 import pytest
 from test_several_logs import vehicle
-from test_short_stops import logs
+from test_short_stops import logs, with_another_zero_at_each_start
 
 import oncenter as oc
 from oncenter.cli import run as command
+from oncenter.files.child import ChildDied
 from oncenter.fleet import page, run
+from oncenter.fleet.files import LogFile
+from oncenter.fleet.watched import Watched
 from oncenter.signals import DEGREE, Signals
 
 pytestmark = pytest.mark.usefixtures("answered_here")
@@ -116,3 +119,40 @@ def test_a_signal_fault_leaves_its_log_out_and_the_others_count(truck: Truck) ->
     stuck.with_columns(pl.col("time_s") + given[1].start_s).write_parquet(truck.logs / given[1].log)
     row = truck.night()
     assert agrees(row, truck.in_folder())
+
+
+def test_a_drive_that_could_not_be_read_is_answered_in_a_later_night(
+    truck: Truck, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for log in logs(600.0, 600.0):
+        truck.gets(log)
+    answered = Watched._answered
+
+    def stopped(watched: Watched, log: LogFile) -> dict[str, object]:
+        if log.former:
+            raise ChildDied("stopped", "was ended from outside")
+        return answered(watched, log)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Watched, "_answered", stopped)
+        assert not agrees(truck.night(), truck.in_folder())
+    assert agrees(truck.night(), truck.in_folder())
+
+
+def test_a_log_that_comes_without_the_others_leaves_their_drive_as_it_was(truck: Truck, tmp_path: Path) -> None:
+    given = logs(600.0, 600.0)
+    for log in given[:2]:
+        truck.gets(log)
+    truck.night()
+    later = tmp_path / "later" / "truck"
+    later.mkdir(parents=True)
+    given[2].table.with_columns(pl.col("time_s") + given[2].start_s).write_parquet(later / given[2].log)
+    run([str(later)], truck.vehicles, truck.output)
+    assert pl.read_parquet(truck.output / "trucks.parquet")["told"].to_list() == [2]
+
+
+@pytest.mark.slow
+def test_a_sensor_with_another_zero_at_each_start_is_named_after_short_stops(truck: Truck) -> None:
+    for log in with_another_zero_at_each_start():
+        truck.gets(log)
+    assert truck.night()["state"] == "no_correction"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import os
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -14,6 +16,8 @@ from test_several_logs import vehicle
 import oncenter as oc
 from oncenter.errors import OncenterError
 from oncenter.memory import TruckMemory, offset_with_memory, read_memory, write_memory
+from oncenter.memory.truck import PastDrive
+from oncenter.offset.inputs import stop_in_drive
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.events import Event
 from oncenter.vehicle import core_of
@@ -96,9 +100,13 @@ def test_a_long_stop_or_work_on_the_truck_ends_a_drive(event: Event | None, tmp_
 def test_a_log_of_the_drive_that_is_given_again_changes_nothing(tmp_path: Path) -> None:
     given = logs(600.0, 600.0)
     _, memory = one_by_one(given, tmp_path / "memory.toml")
-    for again in ([given[1]], given):
+    together = oc.offset(given, vehicle())
+    longer = replace(given[1], table=pl.concat([given[1].table, given[2].table.with_columns(pl.col("time_s") + LOG_S)]))
+    for again in ([given[0]], [given[1]], given, [longer]):
         answer, after = offset_with_memory(again, vehicle(), memory)
         assert after == memory and any("in the truck's memory already" in note for note in answer.notes)
+        assert answer.offset.value == pytest.approx(together.offset.value, abs=0.05 * DEGREE)
+        assert answer.offset_half_width_rad == pytest.approx(together.offset_half_width_rad, rel=0.5)
 
 
 def test_of_known_and_new_logs_only_the_new_ones_are_added(tmp_path: Path) -> None:
@@ -124,12 +132,82 @@ def test_two_logs_of_one_name_keep_their_own_fingerprints() -> None:
     assert len({drive.key for drive in memory.drives}) == 2
 
 
+def test_another_drive_with_the_same_start_is_not_the_same_drive() -> None:
+    """As where a log has only the day."""
+    memory = TruckMemory("truck")
+    for log in pieces()[:2]:
+        _, memory = offset_with_memory([replace(log, start_s=BEGIN_S)], vehicle(), memory)
+    assert [drive.row.logs for drive in memory.drives] == [("log0.parquet",), ("log1.parquet",)]
+
+
+def test_logs_without_dates_are_drives_of_their_own(tmp_path: Path) -> None:
+    """The time of the last write, which a memory takes in place of a date, does not show a stop."""
+    given = []
+    for k, log in enumerate(pieces()):
+        path = tmp_path / f"log{k}"
+        path.touch()
+        os.utime(path, (BEGIN_S + k * (LOG_S + 600.0),) * 2)
+        given.append(replace(log, log=str(path)))
+    _, memory = offset_with_memory(given, vehicle(), TruckMemory("truck"))
+    assert len(memory.drives) == 3 and not any(drive.row.image for drive in memory.drives)
+
+
+def test_a_drive_ends_with_the_shift() -> None:
+    begin, end_s = BEGIN_S, BEGIN_S + 14.9 * 3600.0
+    assert stop_in_drive((begin, end_s), (end_s + 60.0, end_s + 300.0)) == 60.0
+    assert math.isnan(stop_in_drive((begin, end_s), (end_s + 60.0, end_s + 400.0)))
+
+
+def test_a_memory_of_many_logs_can_be_read(tmp_path: Path) -> None:
+    row = replace(
+        oc.offset(pieces()[0], vehicle()).rows[0], image=b"", logs=tuple(f"a name of a log {k}" for k in range(90))
+    )
+    drives = tuple(
+        PastDrive(tuple(f"{90 * day + k:0192x}" for k in range(90)), replace(row, start_s=BEGIN_S + 86400.0 * day), "")
+        for day in range(60)
+    )
+    kept = TruckMemory("truck", drives=drives).of_newest()
+    write_memory(tmp_path / "memory.toml", kept)
+    assert kept.drives == drives[-22:] and len(read_memory(tmp_path / "memory.toml", "truck").drives) == 22
+
+
+def test_an_event_between_two_files_of_one_clock_ends_the_drive() -> None:
+    first, second = ({"time_s": pl.col("time_s") + BEGIN_S + k * (LOG_S + 30.0)} for k in range(2))
+    given = [
+        replace(log, table=log.table.with_columns(**time)) for log, time in zip(pieces(), (first, second), strict=False)
+    ]
+    assert len(oc.offset(given, vehicle()).rows) == 1
+    assert len(oc.offset(given, vehicle(), events=[Event(BEGIN_S + LOG_S + 10.0, "calibrated")]).rows) == 2
+
+
+@cache
+def with_another_zero_at_each_start() -> tuple[Signals, ...]:
+    found = []
+    for k, zero_deg in enumerate((0.0, 5.0, -6.0, 3.0, -4.0, 6.0)):
+        signals, _ = oc.simulate("thesis_drive", seed=k + 1)
+        angle = pl.col("steering_wheel_angle_rad") + zero_deg * DEGREE
+        table = signals.table.head(60_000).with_columns(angle)
+        found.append(replace(signals, table=table, log=f"start{k}.parquet", start_s=BEGIN_S + 1200.0 * k))
+    return tuple(found)
+
+
+@pytest.mark.slow
+def test_a_sensor_with_another_zero_at_each_start_is_named_after_short_stops(tmp_path: Path) -> None:
+    given = list(with_another_zero_at_each_start())
+    assert oc.offset(given, vehicle()).zero == "relative"
+    assert one_by_one(given, tmp_path / "memory.toml")[0].zero == "relative"
+
+
 def test_a_signal_fault_spoils_only_its_log() -> None:
     given = logs(600.0, 600.0)
     yaw_rate = pl.lit(0.0).alias("yaw_rate_rad_s")
     given[1] = replace(given[1], table=given[1].table.with_columns(yaw_rate))
     answer = oc.offset(given, vehicle())
     assert [row.logs for row in answer.rows] == [("log0.parquet",), ("log2.parquet",)]
+    sound = logs(600.0, 600.0)
+    stuck = replace(sound[2], table=sound[2].table.with_columns(yaw_rate))
+    both = oc.offset([*sound[:2], stuck], vehicle())
+    assert [row.logs for row in both.rows] == [("log0.parquet", "log1.parquet")]
     assert any("without this log" in finding.text for finding in answer.findings)
 
 

@@ -28,6 +28,7 @@ from oncenter.read.identity_of_log import identity_of
 from oncenter.read.packed import unpacked_here
 from oncenter.signals import DEGREE, Signals
 from oncenter.truck.fingerprint import fingerprint_of
+from oncenter.truck.row import Row
 from oncenter.tuned import TUNED
 from oncenter.utc import EPOCH_S
 from oncenter.vehicle import Vehicle
@@ -68,7 +69,7 @@ class Work:
                 answer = offset([*former, signals], vehicle)
                 row |= of_answer(answer)
                 if log.former:
-                    row |= _of_one_drive(answer)
+                    row["rows"] = [_of_one_drive(each, answer) for each in answer.rows]
                 elif self.reports is not None:
                     _report(answer, self.reports, key)
         except OncenterError as error:
@@ -110,12 +111,11 @@ def _former(log: LogFile, vehicle: Vehicle) -> Signals:
         return _read(path, vehicle)
 
 
-def _of_one_drive(answer: Answer) -> dict[str, Any]:
-    """The columns of a drive that are not those of its last log."""
-    if len(answer.rows) != 1:
-        raise OncenterError("a log of this drive has a signal at fault", code="several_drives")
-    (row,) = answer.rows
-    return {"start": row.start_s, "duration_s": row.length_s}
+def _of_one_drive(row: Row, answer: Answer) -> dict[str, Any]:
+    """The columns of one drive that are not those of all these logs."""
+    times = {"duration_s": row.length_s, "used_s": row.used_s, "start": row.start_s}
+    loads = {"side_force_left_s": row.left_s, "side_force_right_s": row.right_s}
+    return columns_of(row, answer.params) | times | loads | {"offset_status": row.status, "log": row.logs[-1]}
 
 
 def copy_of(key: str, truck: str) -> dict[str, Any]:

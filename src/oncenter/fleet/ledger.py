@@ -32,7 +32,7 @@ from oncenter.truck.events import Event
 LEDGER = "ledger.sqlite"  # in an output folder
 
 _UNREAD = "unread "  # begins the key of a log that was not read
-_AGAIN = ("output", "stopped", "missing_extra")  # errors that may be gone in the next run
+AGAIN = ("output", "stopped", "missing_extra", "unreadable_log")  # errors that may be gone in the next run
 _KNOWN_MAX = 20  # drives with which a log of the same size is compared
 _PLANS = """
 CREATE TEMP TABLE planned (uri TEXT PRIMARY KEY, name BLOB, options TEXT, size INTEGER, modified REAL);
@@ -64,7 +64,7 @@ def _may_go_well(row: dict[str, Any], kept: dict[str, Any] | None) -> bool:
     """
     code = row.get("error_code")
     is_killed_anew = row.get("was_killed", False) and not (kept or {}).get("was_killed", False)
-    return code in _AGAIN or (code == "unreadable_log" and not row["key"]) or is_killed_anew
+    return (code in AGAIN and (code != "unreadable_log" or not row["key"])) or is_killed_anew
 
 
 class Ledger:

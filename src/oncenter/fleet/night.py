@@ -22,7 +22,7 @@ from oncenter.files.child import READER_DEATHS, end_idle
 from oncenter.files.whole_file import remove_unfinished, write_whole
 from oncenter.fleet.engines import Engine, processes
 from oncenter.fleet.files import STORE, LogFile, find_logs, refuse_credentials
-from oncenter.fleet.ledger import LEDGER, Ledger
+from oncenter.fleet.ledger import AGAIN, LEDGER, Ledger
 from oncenter.fleet.ledger_file import is_damage, is_ledger
 from oncenter.fleet.ledger_file import set_apart as set_apart_file
 from oncenter.fleet.news import Kind, News, keep_for_next_night, kinds_of, news_of
@@ -126,7 +126,7 @@ def run(
             found, to_do = ledger.plan(find_logs(places), trucks, retry, places)
             progress = Progress(to_do)
             rate = _answer_all(ledger, work, engine, progress)
-            _answer_drives(ledger, Watched(trucks), engine)
+            _answer_drives(ledger, Watched(trucks), engine, retry)
             try:
                 tables = _write_tables(folder, ledger, trucks, limit_deg)
             except OncenterError as error:
@@ -191,9 +191,9 @@ def _answer_all(ledger: Ledger, work: Watched, engine: Engine, progress: Progres
     return rate
 
 
-def _answer_drives(ledger: Ledger, work: Watched, engine: Engine) -> None:
+def _answer_drives(ledger: Ledger, work: Watched, engine: Engine, retry: bool) -> None:
     """Drives of several logs, each as a whole, see `oncenter.fleet.several_logs`."""
-    to_do = {log.uri: (log, truck, keys) for log, truck, keys in _drives_without_answer(ledger)}
+    to_do = {log.uri: (log, truck, keys) for log, truck, keys in _drives_without_answer(ledger, retry)}
     progress = Progress(len(to_do))
     try:
         for log, row in engine(work, (log for log, _, _ in to_do.values())):
@@ -204,7 +204,7 @@ def _answer_drives(ledger: Ledger, work: Watched, engine: Engine) -> None:
     end_idle(ANSWERER)
 
 
-def _drives_without_answer(ledger: Ledger) -> Iterator[tuple[LogFile, str, list[str]]]:
+def _drives_without_answer(ledger: Ledger, retry: bool) -> Iterator[tuple[LogFile, str, list[str]]]:
     """The last log of each with the former ones, its truck, and the keys of all."""
     from oncenter.fleet.several_logs import has_answer, in_one_drive
 
@@ -212,7 +212,7 @@ def _drives_without_answer(ledger: Ledger) -> Iterator[tuple[LogFile, str, list[
         events = ledger.events_of(truck)
         counted = [row for row in _that_count(rows, events) if row.get("copy_of") is None]
         for group in in_one_drive(counted, events):
-            if len(group) == 1 or has_answer(group):
+            if len(group) == 1 or has_answer(group, AGAIN if not retry else (*AGAIN, *READER_DEATHS)):
                 continue
             keys = [row["key"] for row in group]
             files = ledger.files_of(truck, keys)

@@ -184,7 +184,9 @@ def mark_copies(rows: Rows) -> None:
 
 def _print_of(row: dict[str, Any]) -> Print:
     own_clock = row.get("start_source") in ("log", "metadata")
-    return Print(row["fingerprint"], row.get("duration_s") or 0.0, row["start"] if own_clock else math.nan)
+    return Print(
+        row["fingerprint"], row.get("duration_s") or row.get("span_s") or 0.0, row["start"] if own_clock else math.nan
+    )
 
 
 def _newest_has(rows: Rows, code: str) -> bool:

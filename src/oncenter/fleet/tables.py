@@ -146,7 +146,7 @@ TRUCKS: dict[str, tuple[str, str]] = {
     "probability_beyond": ("number", "probability that the offset now is beyond the limit"),
     "drives": ("count", "drives with and without an answer, without copies and those of a former truck"),
     "errors": ("count", "drives without an answer"),
-    "told": ("count", "drives with an offset"),
+    "told": ("count", "drives with an offset; logs with short stops between are one"),
     "first_drive": ("time", "start of the first drive"),
     "last_drive": ("time", "start of the last drive"),
     "changes": ("count", "changes of the offset"),

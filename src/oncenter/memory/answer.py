@@ -11,7 +11,7 @@ from pathlib import Path
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.estimates.estimates import DEFAULT_METHOD, Method
 from oncenter.memory.log import start_of_drive
-from oncenter.memory.truck import Remembered, TruckMemory, settings_of, with_added
+from oncenter.memory.truck import PastDrive, Remembered, TruckMemory, settings_of, with_added
 from oncenter.offset.answer import Answer
 from oncenter.offset.run import offset
 from oncenter.signals import Signals
@@ -60,14 +60,16 @@ def offset_with_memory(
     if not all(known):  # else the answer is that on these drives, and they count once
         new = [not is_known for is_known in known]
         dated, keys = list(compress(dated, new)), list(compress(keys, new))
-    others = [drive for drive in memory.drives if not any(map(drive.is_of, keys))]
+    others = [drive for drive in memory.drives if not _is_replaced(drive, dated, keys)]
     rows = [drive.row for drive in others if drive.settings == settings]
+    has_dates = all(drive.begin_s is not None for drive in drives)
     answer = offset(
         dated,
         vehicle,
         method=method,
         params=params,
         before=rows,
+        short_stops=has_dates,
         events=memory.events,
         progress=progress,
     )
@@ -81,10 +83,16 @@ def offset_with_memory(
     after = replace(
         memory,
         vin=vin,
-        drives=with_added(others, answer.rows, named, settings),
+        drives=with_added(others, answer.rows, named, settings, has_dates),
         ratio_times_wheelbase=_product(answer) or memory.ratio_times_wheelbase,
     )
     return answer, after.of_newest()
+
+
+def _is_replaced(drive: PastDrive, logs: Sequence[Signals], keys: Sequence[str]) -> bool:
+    """By the answer on these logs; one of several logs of a drive takes that drive's row instead."""
+    names = {log.log for log, key in zip(logs, keys, strict=True) if drive.is_of(key)}
+    return bool(names) and not (drive.has_more and names <= {*drive.row.logs})
 
 
 def _vin_of(drives: Sequence[Signals], memory: TruckMemory) -> str | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from oncenter import _core
@@ -20,7 +20,7 @@ from oncenter.vehicle import Vehicle, core_params
 _NEEDED = ("steering_wheel_angle", "yaw_rate", "vehicle_speed")
 _TORQUE_SWITCH = "torque_for_accelerometer_1"
 _AXLES = ("rear", "front")  # by whose wheel speeds the motion is estimated, the better one first
-_RATES_ALIKE = 0.01  # of the rate; clocks differ by less
+RATES_ALIKE = 0.01  # of the rate; clocks differ by less
 
 
 def params_of(vehicle: Vehicle, params: Mapping[str, float] | None) -> dict[str, float]:
@@ -97,10 +97,9 @@ def continues(before: Signals, log: Signals) -> bool:
     return 0.0 < float(log.columns["time_s"][0]) - float(before.columns["time_s"][-1]) < _CONTINUES_S
 
 
-def is_short(stop_s: float) -> bool:
-    """Whether a truck that stood for so long is on the same drive; NaN: unknown. Two logs that overlap by more than a
-    rounded second are two."""
-    return -1.0 <= stop_s <= _STOP_MAX_S
+# s: from the begin of a drive to the end of its last log. The longest shift: 24 h less a reduced daily rest of 9 h
+# (Regulation (EC) 561/2006, article 8). A truck that never stands longer has a new drive then.
+_DRIVE_MAX_S = 54000.0
 
 
 def begin_of(log: Signals) -> float:
@@ -108,10 +107,21 @@ def begin_of(log: Signals) -> float:
     return math.nan if log.begin_s is None else log.begin_s
 
 
-def stop_between(end_s: float, begin_s: float, events: Sequence[Event] = ()) -> float:
-    """s from the end of one log to the begin of the next, both since 1970; NaN where unknown, or where something was
-    done to the truck."""
-    return math.nan if any(end_s <= event.time_s <= begin_s for event in events) else begin_s - end_s
+def end_of(log: Signals) -> float:
+    return begin_of(log) + log.duration_s
+
+
+def stop_in_drive(drive: tuple[float, float], log: tuple[float, float], events: Sequence[Event] = ()) -> float:
+    """s for which the truck stood between a drive and a log that goes on with it; NaN where it does not: after a longer
+    stop or work on the truck, at the end of a shift, or where the logs overlap by more than a rounded second.
+
+    Args:
+        drive, log: begin and end, s since 1970; NaN where unknown.
+    """
+    stop_s = log[0] - drive[1]
+    goes_on = -1.0 <= stop_s <= _STOP_MAX_S and log[1] - drive[0] <= _DRIVE_MAX_S
+    is_worked_on = any(drive[1] <= event.time_s <= log[0] for event in events)
+    return max(stop_s, 0.0) if goes_on and not is_worked_on else math.nan
 
 
 def check_dates(drives: Sequence[Signals], events: Sequence[Event]) -> None:
@@ -147,29 +157,17 @@ def _print_of(log: Signals) -> Print:
     return Print(fingerprint_of(log), log.ticks / log.rate_hz, float(log.columns["time_s"][0]))
 
 
-def drives_in(logs: Sequence[Signals], events: Sequence[Event] = ()) -> tuple[tuple[Signals, ...], ...]:
-    """The logs in order of time, those of one drive together: a logger began a new file, or the truck stood shortly."""
-
-    def belong(last: Signals, log: Signals) -> bool:
-        stop_s = stop_between(begin_of(last) + last.duration_s, begin_of(log), events)
-        return continues(last, log) or is_short(stop_s)
-
-    return _grouped(logs, belong)
-
-
-def pieces_in(logs: Sequence[Signals]) -> tuple[tuple[Signals, ...], ...]:
-    """The logs in order of time, those without an ignition between together."""
-    return _grouped(logs, continues)
-
-
-def _grouped(logs: Sequence[Signals], belong: Callable[[Signals, Signals], bool]) -> tuple[tuple[Signals, ...], ...]:
-    groups: list[tuple[Signals, ...]] = []
+def pieces_in(logs: Sequence[Signals], events: Sequence[Event] = ()) -> list[tuple[Signals, ...]]:
+    """The logs in order of time, those without an ignition or work on the truck between together."""
+    pieces: list[tuple[Signals, ...]] = []
     for log in logs:
-        if groups and belong(groups[-1][-1], log):
-            groups[-1] = (*groups[-1], log)
+        last = pieces[-1][-1] if pieces else None
+        worked_on = last is not None and any(begin_of(last) < event.time_s <= begin_of(log) for event in events)
+        if last is not None and continues(last, log) and not worked_on:
+            pieces[-1] = (*pieces[-1], log)
         else:
-            groups.append((log,))
-    return tuple(groups)
+            pieces.append((log,))
+    return pieces
 
 
 def needed(method: Method, drives: Sequence[Signals], params: Mapping[str, float]) -> tuple[str, ...]:
@@ -235,7 +233,7 @@ def check_without(unfit: Sequence[Finding], drives: Sequence[Signals], needed: S
 def check(drives: Sequence[Signals], needed: Sequence[str], vehicle: Vehicle) -> None:
     for drive in drives:
         _require(drive, needed, drives, vehicle)
-        if abs(drive.rate_hz / drives[0].rate_hz - 1) > _RATES_ALIKE:
+        if abs(drive.rate_hz / drives[0].rate_hz - 1) > RATES_ALIKE:
             raise OncenterError(
                 f"{drive.log} has {drive.rate_hz:g} Hz and {drives[0].log} has {drives[0].rate_hz:g} Hz: "
                 "logs in one call must have one rate; answer them one by one",

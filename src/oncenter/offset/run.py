@@ -35,13 +35,12 @@ from oncenter.offset.inputs import (
     check_dates,
     check_without,
     continues,
-    drives_in,
+    end_of,
     in_order,
-    is_short,
     needed,
     params_of,
     pieces_in,
-    stop_between,
+    stop_in_drive,
     track_widths,
     with_torque,
     without_copies,
@@ -82,6 +81,7 @@ def offset(
     params: Mapping[str, float] | None = None,
     before: Sequence[Row] = (),
     events: Sequence[Event] = (),
+    short_stops: bool = True,
     progress: Callable[[float], None] | None = None,
 ) -> Answer:
     """The steering wheel angle offset from one drive, or from several of one truck.
@@ -100,6 +100,7 @@ def offset(
             method. The answer is the truck's by all drives. The first of these drives goes on with the last of those
             where the truck stood for half an hour at most; its row is then that of both.
         events: what a person states of the truck, see `oncenter.truck.events`; of the joint method.
+        short_stops: whether logs with short stops between are one drive; not where their dates are those of files.
         progress: called with the fraction done.
 
     Raises:
@@ -125,7 +126,7 @@ def offset(
     drives, unfit = without_unfit_wheels(recorded, vehicle)
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
-    past = _Past(tuple(before), tuple(events))
+    past = _Past(tuple(before), tuple(events), short_stops)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, past, progress)
     answer = with_fitting_bends(with_offsets_of_both_axles(answer), recorded)
     return replace(
@@ -197,44 +198,73 @@ def _wider(native: _core.OcAnswer, sd: float) -> _core.OcAnswer:
 
 
 class _Past(NamedTuple):
-    """The truck before these drives: rows of other drives, and what a person stated."""
+    """The truck before these drives: rows of other drives, and events that a person stated. `has_short_stops`: a log
+    soon after a drive goes on with it."""
 
     rows: tuple[Row, ...] = ()
     events: tuple[Event, ...] = ()
+    has_short_stops: bool = True
 
 
 _NO_PAST = _Past()
 
 
+class _Course(NamedTuple):
+    """A core on a drive: its logs, and its answer at the end of each; the row of the drive's logs of former calls, and
+    the number of changes found in those."""
+
+    core: _core.Core
+    logs: tuple[Signals, ...] = ()
+    ends: tuple[_core.OcAnswer, ...] = ()
+    former: Row | None = None
+    found_before: int = 0
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Begin and end, s since 1970."""
+        if self.former is None:
+            return begin_of(self.logs[0]), end_of(self.logs[-1])
+        end_s = end_of(self.logs[-1]) if self.logs else self.former.start_s + self.former.length_s
+        return self.former.start_s, end_s
+
+    def is_spoilt(self, before: _Course) -> bool:
+        """Whether, since then, a signal is at fault or the offset changed: the truck's model decides on this between
+        two drives, since a sensor may have another zero at each start."""
+        ends, changed = self.ends[len(before.ends) :], self.ends[-1]["changed"]
+        found = range(before.found, self.found)
+        moved = any(_core.CHANGE_KINDS[changed[n % len(changed)]["change"]["kind"]] == "offset" for n in found)
+        return moved or any(map(has_signal_fault, ends))
+
+    @property
+    def found(self) -> int:
+        return self.ends[-1]["changes"] if self.ends else self.found_before
+
+
 class _Run(NamedTuple):
-    """One drive: the core's answer, wider for a coarse recording, the changes in it, its logs, and the core; `former`
-    is the row of the same drive's former logs. `had_fault`: a signal was at fault at the end of one of the logs."""
+    """One drive: the core's answer, wider for a coarse recording, the changes in it, its logs, and the core."""
 
     native: _core.OcAnswer
     changes: tuple[Change, ...]
     coarse: Coarseness
-    logs: Sequence[Signals]
-    core: _core.Core
-    former: Row | None = None
-    had_fault: bool = False
+    logs: tuple[Signals, ...]
+    course: _Course
 
     def row(self, vehicle: Vehicle, params: Mapping[str, float]) -> Row:
         """The drive as evidence on its truck."""
         moved = [change for change in self.changes if change.size_rad is not None]
         size = sum(change.size_rad or 0.0 for change in moved)
         sd = math.hypot(*(change.sd_rad or 0.0 for change in moved))
-        start_s, names = begin_of(self.logs[0]), tuple(log.log for log in self.logs)
-        if self.former is not None:
-            start_s, names = self.former.start_s, (*self.former.logs, *names)
-            size, sd = size + self.former.moved, math.hypot(sd, self.former.moved_sd)
-        length_s = begin_of(self.logs[-1]) + self.logs[-1].duration_s - start_s
+        names, former = tuple(log.log for log in self.logs), self.course.former
+        if former is not None:
+            names, size, sd = (*former.logs, *names), size + former.moved, math.hypot(sd, former.moved_sd)
+        start_s, end_s = self.course.span
         return row_of(
-            self.core,
+            self.course.core,
             self.native,
             vehicle,
             params,
             start_s=start_s,
-            length_s=self.native["duration"] if math.isnan(length_s) else length_s,
+            length_s=self.native["duration"] if math.isnan(end_s) else end_s - start_s,
             moved=(size, sd),
             logs=names,
         )
@@ -263,18 +293,23 @@ def _result(
     progress: Callable[[float], None] | None,
 ) -> _Result:
     """By the joint method each drive is answered alone, and the truck's model combines them."""
-    drives = drives_in(logs, past.events) if method == "joint" else (logs,)
-    runs = _runs_over(drives[0], vehicle, params, method, progress, past)
-    for drive in drives[1:]:
-        runs += _runs_over(drive, vehicle, params, method, progress)
-    rows = [row for row in past.rows if row is not runs[0].former]
+    runs = [
+        _answered(course, vehicle, params, method) for course in _courses(logs, vehicle, params, method, past, progress)
+    ]
+    rows = [row for row in past.rows if not any(row is run.course.former for run in runs)]
     fit = [run for run in runs if not has_signal_fault(run.native)] or runs[-1:]
     left_out = tuple(_left_out(run.native, run.logs, vehicle) for run in runs if not any(run is each for each in fit))
     if len(fit) == 1 and not rows:
-        return _Result(*fit[0][:3], tuple(fit[0].logs), fit, left_out=left_out)
+        return _Result(*fit[0][:4], fit, left_out=left_out)
     from oncenter.offset.several_logs import Drive, changes_of_all, combined  # late: one log needs no model
 
-    answered = [Drive(run.row(vehicle, params), tuple(run.logs), run.native, run.changes) for run in fit]
+    answered: list[Drive] = []
+    for run in fit:
+        row = _row_of(run, rows, vehicle, params)
+        is_part = any(row is each for each in rows)
+        answered = [drive for drive in answered if drive.row is not row]
+        answered.append(Drive(row, run.logs, run.native, run.changes, is_part))
+    rows = [row for row in rows if not any(row is drive.row for drive in answered)]
     together = combined([*map(Drive, rows), *answered], params, past.events)
     since = tuple(log for drive in together.drives for log in drive.logs) or answered[-1].logs
     return _Result(together.native, changes_of_all(together), coarseness_of(since), since, fit, together, left_out)
@@ -286,7 +321,7 @@ def _offset_by(result: _Result, vehicle: Vehicle, params: Mapping[str, float]) -
         return result.together.by(params, result.layout_sd)
     one = result.runs[0] if result.together is None else max(result.runs, key=lambda run: run.native["used"])
     other = core_of(vehicle, one.logs[0].rate_hz, params=params)
-    native = widened(one.core.answer_by(other), one.coarse, "joint", params)
+    native = widened(one.course.core.answer_by(other), one.coarse, "joint", params)
     return offset_by(_wider(native, result.layout_sd))
 
 
@@ -298,46 +333,91 @@ def _left_out(native: _core.OcAnswer, logs: Sequence[Signals], vehicle: Vehicle)
     return replace(fault, severity="warning", text=f"{names}: {text}")
 
 
-def _runs_over(
+def _row_of(run: _Run, rows: Sequence[Row], vehicle: Vehicle, params: Mapping[str, float]) -> Row:
+    """Of a drive that is a part of a former one, the row of that: its evidence counts once."""
+    own = run.row(vehicle, params)
+    begin_s, end_s = run.course.span
+    whole = (r for r in rows if len(r.logs) > len(own.logs) and {*own.logs} <= {*r.logs})
+    return next((r for r in whole if r.start_s - 1.0 <= begin_s and end_s <= r.start_s + r.length_s + 1.0), own)
+
+
+def _courses(
     logs: tuple[Signals, ...],
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
+    past: _Past,
     progress: Callable[[float], None] | None,
-    past: _Past = _NO_PAST,
-) -> list[_Run]:
-    """One drive, which may go on with one of the past; a signal fault in one of its logs spoils only that log."""
-    run, parts = _run_over(logs, vehicle, params, method, progress, past), pieces_in(logs)
-    if not run.had_fault or (len(parts) == 1 and run.former is None):
-        return [run]
-    return [_run_over(part, vehicle, params, method, None) for part in parts]
+) -> list[_Course]:
+    """One for each drive. A log soon after a drive, of these logs or of the past, goes on with it."""
+    widths, done = track_widths(vehicle, method, logs), 0
+    rows = sum(log.ticks for log in logs)
+
+    def report(ticks: int) -> None:
+        nonlocal done
+        done += ticks
+        if progress is not None:
+            progress(min(done / rows, 1.0))
+
+    def core_at(rate_hz: float) -> _core.Core:
+        return core_of(vehicle, rate_hz, method=method, params=params, track_widths=widths)
+
+    courses: list[_Course] = []
+    for piece in pieces_in(logs, past.events) if method == "joint" else [logs]:
+        begun = _begun(piece, courses[-1:], past, core_at) if past.has_short_stops else None
+        course = None if begun is None else _further(begun, piece, report)
+        if begun is None or course is None or course.is_spoilt(begun):
+            course = _further(_Course(core_at(piece[0].rate_hz)), piece, report)
+        if courses and course.logs[0] is courses[-1].logs[0]:
+            courses.pop()
+        courses.append(course)
+    return courses
 
 
-def _run_over(
-    logs: Sequence[Signals],
-    vehicle: Vehicle,
-    params: Mapping[str, float],
-    method: Method,
-    progress: Callable[[float], None] | None,
-    past: _Past = _NO_PAST,
-) -> _Run:
-    core, former = _begun(logs, vehicle, params, method, past)
-    found_before = 0 if former is None else core.answer()["changes"]
-    ends = _run(core, logs, progress, None)
+def _begun(
+    piece: Sequence[Signals], last: Sequence[_Course], past: _Past, core_at: Callable[[float], _core.Core]
+) -> _Course | None:
+    """The drive with which these logs go on, after an ignition; None where they begin one."""
+    span = begin_of(piece[0]), end_of(piece[-1])
+    for course in last:
+        stop_s = stop_in_drive(course.span, span, past.events)
+        if stop_s >= 0.0 and not has_signal_fault(course.ends[-1]):
+            core = core_at(course.logs[0].rate_hz)
+            core.copy_state_from(course.core)
+            core.restart(stop_s)
+            return course._replace(core=core)
+    for row in past.rows:
+        stop_s = stop_in_drive((row.start_s, row.start_s + row.length_s), span, past.events)
+        if not (row.image and stop_s >= 0.0):
+            continue
+        core = core_at(piece[0].rate_hz)
+        if core.restore(row.image)[0] == "ok":  # else of another truck or rate
+            found = core.answer()["changes"]
+            core.restart(stop_s)
+            return _Course(core, former=row, found_before=found)
+    return None
+
+
+def _further(course: _Course, piece: tuple[Signals, ...], report: Callable[[int], None]) -> _Course:
+    ends = _run(course.core, piece, None, report)
+    return course._replace(logs=(*course.logs, *piece), ends=(*course.ends, *ends))
+
+
+def _answered(course: _Course, vehicle: Vehicle, params: Mapping[str, float], method: Method) -> _Run:
+    logs = course.logs
     coarse = coarseness_of(logs)
-    native = widened(core.answer(), coarse, method, params)
+    native = widened(course.core.answer(), coarse, method, params)
     if native["yaw_rate_bias_alarm_time"] > 0.0:
-        native["yaw_rate_bias_moved"] = _bias_moved(_begun(logs, vehicle, params, method, past)[0], logs)
-    changes = changes_of(native, [end["changes"] for end in ends], logs, found_before)
-    return _Run(native, changes, coarse, logs, core, former, any(map(has_signal_fault, ends)))
+        native["yaw_rate_bias_moved"] = _bias_moved(course, vehicle, params, method)
+    changes = changes_of(native, [end["changes"] for end in course.ends], logs, course.found_before)
+    return _Run(native, changes, coarse, logs, course)
 
 
-def _bias_moved(core: _core.Core, logs: Sequence[Signals]) -> float:
+def _bias_moved(course: _Course, vehicle: Vehicle, params: Mapping[str, float], method: Method) -> float:
     """By a second run with the outputs of all ticks: few drives have an alarm."""
-    outputs, course = np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE), BiasCourse()
-    _run(core, logs, None, outputs)
-    course.take(outputs)
-    return course.moved_rad_s
+    outputs, bias = _outputs(course.logs, vehicle, params, method), BiasCourse()
+    bias.take(outputs)
+    return bias.moved_rad_s
 
 
 def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[str, float]) -> Answer:
@@ -384,44 +464,37 @@ def is_implausible(native: _core.OcAnswer) -> bool:
 
 
 def outputs_of(answer: Answer) -> npt.NDArray[np.void]:
-    """The core's output at each tick of an answer: oc_output, one row per row of all its drives, in order."""
-    drives = drives_in(answer.drives) if answer.method == "joint" else (answer.drives,)
-    outputs = []
-    for logs in drives:
-        outputs.append(np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE))
-        _run(_begun(logs, answer.vehicle, answer.params, answer.method)[0], logs, None, outputs[-1])
-    return np.concatenate(outputs)
+    """The core's output at each tick of an answer's logs: oc_output, one row per row of all its drives, in order.
+    Former drives of a memory are not in it."""
+    logs, given = answer.drives, (answer.vehicle, answer.params, answer.method)
+    drives = [logs] if len(logs) == 1 else [course.logs for course in _courses(logs, *given, _NO_PAST, None)]
+    return np.concatenate([_outputs(drive, *given) for drive in drives])
 
 
-def _begun(
-    logs: Sequence[Signals], vehicle: Vehicle, params: Mapping[str, float], method: Method, past: _Past = _NO_PAST
-) -> tuple[_core.Core, Row | None]:
-    """A core before these logs, and the row of the same drive's former logs, with which it goes on after an ignition.
-    A core with another truck or rate cannot go on with it."""
+def _outputs(
+    logs: tuple[Signals, ...], vehicle: Vehicle, params: Mapping[str, float], method: Method
+) -> npt.NDArray[np.void]:
+    """Of one drive."""
+    outputs = np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE)
     widths = track_widths(vehicle, method, logs)
     core = core_of(vehicle, logs[0].rate_hz, method=method, params=params, track_widths=widths)
-    for row in past.rows:
-        stop_s = stop_between(row.start_s + row.length_s, begin_of(logs[0]), past.events)
-        if row.image and is_short(stop_s) and core.restore(row.image)[0] == "ok":
-            core.restart(stop_s)
-            return core, row
-    return core, None
+    _run(core, logs, outputs, lambda ticks: None)
+    return outputs
 
 
 def _run(
     core: _core.Core,
     logs: Sequence[Signals],
-    progress: Callable[[float], None] | None,
     outputs: npt.NDArray[np.void] | None,
+    report: Callable[[int], None],
 ) -> list[_core.OcAnswer]:
     """Runs the core over all logs; returns its answer at the end of each. Fills `outputs`, one row per tick, when
     given. Between two logs that do not continue each other the ignition was off."""
-    rows = sum(log.ticks for log in logs)
     done = 0
     ends = []
     for before, drive in zip((None, *logs), logs, strict=False):
         if before is not None and not continues(before, drive):
-            stop_s = begin_of(drive) - begin_of(before) - before.duration_s
+            stop_s = begin_of(drive) - end_of(before)
             core.restart(stop_s if stop_s > 0.0 else 0.0)
         columns = {name: drive.columns[name] for name in _core.COLUMNS if name in drive.columns}
         for start in range(0, drive.ticks, _ROWS_AT_ONCE):
@@ -429,7 +502,6 @@ def _run(
             count = len(part["time_s"])
             core.run(part, None if outputs is None else outputs[done : done + count])
             done += count
-            if progress is not None:
-                progress(done / rows)
+            report(count)
         ends.append(core.answer())
     return ends

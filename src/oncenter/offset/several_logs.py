@@ -30,12 +30,14 @@ from oncenter.truck.row import Row
 
 @dataclass(frozen=True)
 class Drive:
-    """A drive: its row; of one that was answered now its logs, the core's answer on it, and the changes in it."""
+    """A drive: its row; of one that was answered now its logs, the core's answer on it, and the changes in it.
+    `is_part`: the row has more logs, which were answered before."""
 
     row: Row
     logs: tuple[Signals, ...] = ()
     native: _core.OcAnswer | None = None
     changes: tuple[Change, ...] = ()
+    is_part: bool = False
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,7 @@ def combined(given: Sequence[Drive], params: Mapping[str, float], events: Sequen
         return Together((last,), last.native, tuple(drives[:-1]), None, None, answered)
     counted = now.usable((drive.row for drive in drives), events)
     usable = [k for k, drive in enumerate(drives) if any(drive.row is row for row in counted)]
-    if len(usable) < 2 and all(drives[k].native is not None for k in usable):
+    if len(usable) < 2 and all(drives[k].native is not None and not drives[k].is_part for k in usable):
         together = _by_one(answered, [drives[k] for k in usable if drives[k].native is not None])
         return replace(together, every=answered)
     rows = tuple(drives[k].row for k in usable)

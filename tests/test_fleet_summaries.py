@@ -65,7 +65,6 @@ def test_a_row_of_evidence_comes_back_from_its_columns() -> None:
         {"offset_status": "invalid"},
         {"offset_status": None},
         {"start": None},
-        {"summary_gradient_deg_m_s2": 0.05},  # play passes for a gradient
         {"summary_evidence": None},  # of a former version
         {"summary_gradient_deg_m_s2": None},
         {"summary_ratio": None},

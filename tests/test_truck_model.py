@@ -254,6 +254,18 @@ def test_a_change_is_found_at_another_road_bank_as_well() -> None:
         assert second.offset == pytest.approx(5.0 * DEGREE, abs=0.2 * DEGREE)
 
 
+@pytest.mark.parametrize("status", ["valid", "converging"])
+def test_a_drive_without_a_gradient_contradicts_as_any_other(status: str) -> None:
+    """Its offset is measured, though play may look like its gradient: a truck of former drives alone is not valid."""
+    slight = {"gradient": 0.05 * DEGREE, "status": status}
+    rows = [row_of(day, 0.0) for day in range(4)] + [replace(row_of(4.0 + k, -5.0), **slight) for k in range(2)]
+    for count in (5, 6):
+        answer = truck_now(usable(rows[:count], ()), (), priors_of())
+        assert not answer.is_valid(_core.default_params()) or answer.offset < -4.0 * DEGREE, count
+    alike = truck_now(usable([*rows[:4], replace(row_of(4.0, 0.0), **slight)], ()), (), priors_of())
+    assert alike.is_valid(_core.default_params()) and alike.load_would_help
+
+
 def test_a_truck_is_the_same_in_whatever_order_its_drives_were_answered() -> None:
     rows = [row_of(day, *((0.0, 12.0) if day < 3 else (5.0, 3.0))) for day in range(6)]
     assert usable(rows[::-1], ()) == rows

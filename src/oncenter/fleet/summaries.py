@@ -42,7 +42,7 @@ def params_of_drive(drive: Mapping[str, Any]) -> dict[str, float]:
 
 
 def row_of_drive(drive: Mapping[str, Any]) -> Row | None:
-    """The row; None where the drive adds nothing to its truck: no answer, no start time, a fault, no gradient, a drive
+    """The row; None where the drive adds nothing to its truck: no answer, no start time, a fault, a drive
     that a former version answered."""
     start = drive.get("start")
     if start is None or drive.get(_PREFIX + EVIDENCE) is None:

@@ -14,6 +14,7 @@ from oncenter.truck.row import Row
 
 _GRADIENT_ERROR_MIN = 0.02  # share of the prior's mean, of a drive
 _GRADIENT_MIN = 0.1  # share of the prior's mean
+_NO_GRADIENT_SD = 10.0  # of the prior's mean: it counts for nothing
 LOADS_DIFFER = 0.2  # of the largest gradient above the smallest: tuned, twice the scatter of one load
 _SURE_GAIN = 0.8  # of a drive's own gradient, from which it is used to compare loads
 
@@ -39,10 +40,12 @@ class Loads:
 
 
 def loads_of(rows: Sequence[Row], priors: Priors) -> Loads:
-    """A drive with an inaccurate gradient gets its truck's mean, in which the prior counts as half a drive."""
+    """A drive with an inaccurate gradient, or with none, gets its truck's mean, in which the prior counts as half a
+    drive."""
     prior = priors.gradient_mean_rad_m_s2
     value = np.maximum([row.gradient for row in rows], 0.0)
-    own = np.maximum([row.gradient_sd for row in rows], _GRADIENT_ERROR_MIN * prior) ** 2
+    sd = [row.gradient_sd if row.has_gradient else _NO_GRADIENT_SD * prior for row in rows]
+    own = np.maximum(sd, _GRADIENT_ERROR_MIN * prior) ** 2
     at_first = (priors.load_spread_1 * prior) ** 2
     weight, weight_of_prior = 1.0 / (own + at_first), 0.5 / at_first
     mean = float((weight @ value + weight_of_prior * prior) / (weight.sum() + weight_of_prior))

@@ -164,7 +164,9 @@ def table_of(rows: Sequence[Row], priors: Priors, events: Sequence[Event], loads
         modes["log_weight"][place, :count] = row.modes[:, 0]
         modes["information"][place, :count] = row.modes[:, 1:7]
         modes["vector"][place, :count] = row.modes[:, 7:]
-    table["wrong"] = [priors.wrong_valid if row.status == "valid" else priors.wrong_other for row in rows]
+    table["wrong"] = [
+        priors.wrong_valid if row.status == "valid" and row.has_gradient else priors.wrong_other for row in rows
+    ]
     along = np.where(side == 0.0, 1.0, side)
     share = priors.standing_crown_share_1
     for name, of_crown, values, variance in (

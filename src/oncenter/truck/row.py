@@ -15,7 +15,7 @@ from oncenter.truck.evidence import Numbers, modes_of
 from oncenter.tuned import TUNED
 from oncenter.vehicle import Vehicle
 
-GRADIENT_MIN = 0.1 * DEGREE  # rad/(m/s^2): below it play looks like a gradient (finding no_understeer)
+GRADIENT_MIN = 0.1 * DEGREE  # rad/(m/s^2)
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,12 @@ class Row:
     @property
     def is_usable(self) -> bool:
         """Whether a truck's model can use the drive."""
-        return self.status in ("valid", "converging") and self.gradient >= GRADIENT_MIN and len(self.modes) > 0
+        return self.status in ("valid", "converging") and len(self.modes) > 0
+
+    @property
+    def has_gradient(self) -> bool:
+        """Whether its gradient is that of a truck; below, play may look like a gradient (finding no_understeer)."""
+        return self.gradient >= GRADIENT_MIN
 
 
 def row_of(

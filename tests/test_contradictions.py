@@ -170,7 +170,10 @@ def of_two_vins(tables: list[pl.DataFrame], folder: Path, endings: tuple[str, st
     return one, written(tables[1], folder / "logs" / f"b.{endings[1]}", LATER, OTHER_VIN)
 
 
-@pytest.mark.parametrize("endings", [("csv", "csv"), ("csv", "parquet"), ("parquet", "csv")], ids="-".join)
+AT_NIGHT = [pytest.param(endings, marks=pytest.mark.slow) for endings in (("csv", "csv"), ("csv", "parquet"))]
+
+
+@pytest.mark.parametrize("endings", [*AT_NIGHT, ("parquet", "csv")], ids="-".join)
 def test_the_page_keeps_no_drive_of_another_vin_with_a_truck(
     endings: tuple[str, str], page: Page, tables: list[pl.DataFrame], tmp_path: Path
 ) -> None:

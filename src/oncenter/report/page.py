@@ -280,7 +280,7 @@ def _out_of_picture(answer: Answer, drive: Course) -> str:
 
 def _several(drive: Course) -> str:
     count = len(drive.starts)
-    return f"<p>{count} drives, one after the other, separated by dotted lines.</p>" if count > 1 else ""
+    return f"<p>{count} logs, one after the other, separated by dotted lines.</p>" if count > 1 else ""
 
 
 def _pictures(answer: Answer, drive: Course, divs: Mapping[str, str]) -> str:

@@ -16,7 +16,7 @@ from one_truck_drives import Driven
 import oncenter as oc
 from oncenter import _core
 from oncenter.errors import OncenterError
-from oncenter.fleet.drive import of_answer
+from oncenter.fleet.drive import of_answer, of_one_drive
 from oncenter.fleet.ranking import OfTruck, histories, mark_copies
 from oncenter.fleet.several_logs import in_one_drive
 from oncenter.memory import TruckMemory, offset_with_memory
@@ -94,7 +94,7 @@ def row_of(drive: Driven, number: int, former: Sequence[Driven] = ()) -> dict[st
     """A drive's row as `oncenter.fleet.drive.Work` makes it from a log, or from several with short stops between."""
     signals = drive.signals
     answer = oc.offset([*_signals(former), signals], drive.vehicle)
-    whole = {"start": answer.rows[0].start_s, "duration_s": answer.rows[0].length_s} if former else {}
+    whole = {"rows": [of_one_drive(row, answer) for row in answer.rows]} if former else {}
     return {
         "log": signals.log,
         "truck": drive.vehicle.name,

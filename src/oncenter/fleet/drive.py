@@ -69,7 +69,7 @@ class Work:
                 answer = offset([*former, signals], vehicle)
                 row |= of_answer(answer)
                 if log.former:
-                    row["rows"] = [_of_one_drive(each, answer) for each in answer.rows]
+                    row["rows"] = [of_one_drive(each, answer) for each in answer.rows]
                 elif self.reports is not None:
                     _report(answer, self.reports, key)
         except OncenterError as error:
@@ -111,7 +111,7 @@ def _former(log: LogFile, vehicle: Vehicle) -> Signals:
         return _read(path, vehicle)
 
 
-def _of_one_drive(row: Row, answer: Answer) -> dict[str, Any]:
+def of_one_drive(row: Row, answer: Answer) -> dict[str, Any]:
     """The columns of one drive that are not those of all these logs."""
     times = {"duration_s": row.length_s, "used_s": row.used_s, "start": row.start_s}
     loads = {"side_force_left_s": row.left_s, "side_force_right_s": row.right_s}

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from test_several_logs import vehicle
+from test_several_logs import TRUTH_DEG, vehicle
 
 import oncenter as oc
 from oncenter.errors import OncenterError
@@ -189,6 +189,27 @@ def with_another_zero_at_each_start() -> tuple[Signals, ...]:
         table = signals.table.head(60_000).with_columns(angle)
         found.append(replace(signals, table=table, log=f"start{k}.parquet", start_s=BEGIN_S + 1200.0 * k))
     return tuple(found)
+
+
+def test_a_truck_that_was_calibrated_in_a_short_stop_has_its_new_offset(tmp_path: Path) -> None:
+    """Two logs before it and two after: the former ones are one drive, the others decide as two."""
+    given = [
+        replace(log, table=log.table.with_columns(pl.col("steering_wheel_angle_rad") + zero_deg * DEGREE))
+        for log, zero_deg in zip(same_zero(), (0.0, 0.0, 4.0, 4.0), strict=True)
+    ]
+    for answer in (oc.offset(given, vehicle()), one_by_one(given, tmp_path / "memory.toml")[0]):
+        assert answer.offset.status == "valid" and answer.offset.value is not None
+        assert answer.offset.value / DEGREE == pytest.approx(TRUTH_DEG + 4.0, abs=0.4)
+
+
+@cache
+def same_zero() -> tuple[Signals, ...]:
+    """Four logs of ten minutes with stops of 20."""
+    found = [oc.simulate("thesis_drive", seed=seed)[0] for seed in (3, 4, 5, 6)]
+    return tuple(
+        replace(log, table=log.table.head(60_000), log=f"log{k}", start_s=BEGIN_S + 1800.0 * k)
+        for k, log in enumerate(found)
+    )
 
 
 @pytest.mark.slow

@@ -30,18 +30,13 @@ from oncenter.offset.coarse_recording import (
     with_coarse_yaw_rate,
     yaw_rate_step_of,
 )
+from oncenter.offset.course import NO_PAST, Course, Past, courses_of, outputs_over
 from oncenter.offset.inputs import (
-    begin_of,
     check_dates,
     check_without,
-    continues,
-    end_of,
     in_order,
     needed,
     params_of,
-    pieces_in,
-    stop_in_drive,
-    track_widths,
     with_torque,
     without_copies,
     without_unfit_wheels,
@@ -66,7 +61,6 @@ from oncenter.vehicle import JOINT_DOES, UNKNOWN_TRUCK, Vehicle, core_of, core_p
 if TYPE_CHECKING:
     from oncenter.offset.several_logs import Together
 
-_ROWS_AT_ONCE = 1_000_000  # between two reports of progress
 _PASSES_MAX = 4  # over the logs of an unknown truck; one more is nearly always enough
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): wrong signs and scales are outside
 _UNEXPLAINED_MAX = 1.5 * DEGREE  # rad, of a second: several times that of a healthy drive
@@ -126,7 +120,7 @@ def offset(
     drives, unfit = without_unfit_wheels(recorded, vehicle)
     names = needed(method, drives, used_params)
     check_without(unfit, drives, names, vehicle)
-    past = _Past(tuple(before), tuple(events), short_stops)
+    past = Past(tuple(before), tuple(events), short_stops)
     answer = _of_all(without_whole_turns(drives), vehicle, used_params, method, past, progress)
     answer = with_fitting_bends(with_offsets_of_both_axles(answer), recorded)
     return replace(
@@ -146,7 +140,7 @@ def _of_all(
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
-    past: _Past,
+    past: Past,
     progress: Callable[[float], None] | None,
 ) -> Answer:
     """The answer with the wheelbase that fits where the file's is wrong."""
@@ -156,7 +150,7 @@ def _of_all(
     if vehicle.assumed:
         return _of_unknown(result, logs, vehicle, params, past)
     fitted = fitted_vehicle(
-        result.native, logs, vehicle, params, lambda other: _result(logs, other, params, method, _NO_PAST, None).native
+        result.native, logs, vehicle, params, lambda other: _result(logs, other, params, method, NO_PAST, None).native
     )
     if fitted is None:
         return _whole(result, vehicle, method, params)
@@ -170,7 +164,7 @@ def _of_all(
 
 
 def _of_unknown(
-    result: _Result, logs: tuple[Signals, ...], vehicle: Vehicle, params: Mapping[str, float], past: _Past
+    result: _Result, logs: tuple[Signals, ...], vehicle: Vehicle, params: Mapping[str, float], past: Past
 ) -> Answer:
     """The answer of further passes with the ratio times wheelbase that the drives show."""
     for _ in range(_PASSES_MAX - 1):
@@ -197,58 +191,6 @@ def _wider(native: _core.OcAnswer, sd: float) -> _core.OcAnswer:
     return wider
 
 
-class _Past(NamedTuple):
-    """The truck before these drives: rows of other drives, and events that a person stated. `has_short_stops`: a log
-    soon after a drive goes on with it."""
-
-    rows: tuple[Row, ...] = ()
-    events: tuple[Event, ...] = ()
-    has_short_stops: bool = True
-
-
-_NO_PAST = _Past()
-
-
-# A log that goes on with a drive. Of 1,600 logs of 18 trucks that nobody touched (bench/one_truck.py, pieces) none
-# moves the offset by two sd, and one in 25 makes it 1.5 times less certain; of logs after a change of 4 deg, where the
-# offset was identified to 1 deg, four in five do.
-_CONTRADICTS_SDS, _BETWEEN_LOGS_SD, _LESS_CERTAIN = 2.0, 0.2 * DEGREE, 1.5
-
-
-class _Course(NamedTuple):
-    """A core on a drive: its logs, and its answer at the end of each; the row of the drive's logs of former calls, and
-    the answer after those. `is_closed`: it contradicts the drive before, and no log goes on with it, so that the logs
-    after a change are several drives, which decide together."""
-
-    core: _core.Core
-    logs: tuple[Signals, ...] = ()
-    ends: tuple[_core.OcAnswer, ...] = ()
-    former: Row | None = None
-    before: _core.OcAnswer | None = None
-    is_closed: bool = False
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """Begin and end, s since 1970."""
-        if self.former is None:
-            return begin_of(self.logs[0]), end_of(self.logs[-1])
-        end_s = end_of(self.logs[-1]) if self.logs else self.former.start_s + self.former.length_s
-        return self.former.start_s, end_s
-
-    def is_spoilt(self, before: _Course) -> bool:
-        """Whether the logs since then contradict it or make it less certain, or a signal is at fault: the truck's model
-        decides on a change between two drives, since a sensor may have another zero at each start."""
-        was, now = before.ends[-1] if before.ends else before.before, self.ends[-1]
-        assert was is not None
-        sds = was["offset_parts"]["drive_sd"], now["offset_parts"]["drive_sd"]
-        moved = abs(now["offset"]["value"] - was["offset"]["value"])
-        contradicts = moved > _CONTRADICTS_SDS * math.hypot(*sds, _BETWEEN_LOGS_SD)
-        is_less_certain = sds[1] > _LESS_CERTAIN * sds[0]
-        was_usable, is_usable = (_core.status_of(each["offset"]) in ("valid", "converging") for each in (was, now))
-        is_worse = was_usable and (not is_usable or contradicts or is_less_certain)
-        return is_worse or any(map(has_signal_fault, self.ends[len(before.ends) :]))
-
-
 class _Run(NamedTuple):
     """One drive: the core's answer, wider for a coarse recording, the changes in it, its logs, and the core."""
 
@@ -256,7 +198,7 @@ class _Run(NamedTuple):
     changes: tuple[Change, ...]
     coarse: Coarseness
     logs: tuple[Signals, ...]
-    course: _Course
+    course: Course
 
     def row(self, vehicle: Vehicle, params: Mapping[str, float]) -> Row:
         """The drive as evidence on its truck."""
@@ -299,12 +241,13 @@ def _result(
     vehicle: Vehicle,
     params: Mapping[str, float],
     method: Method,
-    past: _Past,
+    past: Past,
     progress: Callable[[float], None] | None,
 ) -> _Result:
     """By the joint method each drive is answered alone, and the truck's model combines them."""
     runs = [
-        _answered(course, vehicle, params, method) for course in _courses(logs, vehicle, params, method, past, progress)
+        _answered(course, vehicle, params, method)
+        for course in courses_of(logs, vehicle, params, method, past, progress)
     ]
     rows = [row for row in past.rows if not any(row is run.course.former for run in runs)]
     fit = [run for run in runs if not has_signal_fault(run.native)] or runs[-1:]
@@ -351,70 +294,7 @@ def _row_of(run: _Run, rows: Sequence[Row], vehicle: Vehicle, params: Mapping[st
     return next((r for r in whole if r.start_s - 1.0 <= begin_s and end_s <= r.start_s + r.length_s + 1.0), own)
 
 
-def _courses(
-    logs: tuple[Signals, ...],
-    vehicle: Vehicle,
-    params: Mapping[str, float],
-    method: Method,
-    past: _Past,
-    progress: Callable[[float], None] | None,
-) -> list[_Course]:
-    """One for each drive. A log soon after a drive, of these logs or of the past, goes on with it."""
-    widths, done = track_widths(vehicle, method, logs), 0
-    rows = sum(log.ticks for log in logs)
-
-    def report(ticks: int) -> None:
-        nonlocal done
-        done += ticks
-        if progress is not None:
-            progress(min(done / rows, 1.0))
-
-    def core_at(rate_hz: float) -> _core.Core:
-        return core_of(vehicle, rate_hz, method=method, params=params, track_widths=widths)
-
-    courses: list[_Course] = []
-    for piece in pieces_in(logs, past.events) if method == "joint" else [logs]:
-        begun = _begun(piece, courses[-1:], past, core_at) if past.has_short_stops else None
-        course = None if begun is None else _further(begun, piece, report)
-        if begun is None or course is None or course.is_spoilt(begun):
-            alone = _Course(core_at(piece[0].rate_hz), is_closed=begun is not None)
-            course = _further(alone, piece, report)
-        if courses and course.logs[0] is courses[-1].logs[0]:
-            courses.pop()
-        courses.append(course)
-    return courses
-
-
-def _begun(
-    piece: Sequence[Signals], last: Sequence[_Course], past: _Past, core_at: Callable[[float], _core.Core]
-) -> _Course | None:
-    """The drive with which these logs go on, after an ignition; None where they begin one."""
-    span = begin_of(piece[0]), end_of(piece[-1])
-    for course in last:
-        stop_s = stop_in_drive(course.span, span, past.events)
-        if stop_s >= 0.0 and not course.is_closed and not has_signal_fault(course.ends[-1]):
-            core = core_at(course.logs[0].rate_hz)
-            core.copy_state_from(course.core)
-            core.restart(stop_s)
-            return course._replace(core=core)
-    for row in past.rows:
-        stop_s = stop_in_drive((row.start_s, row.start_s + row.length_s), span, past.events)
-        if not (row.image and stop_s >= 0.0):
-            continue
-        core = core_at(piece[0].rate_hz)
-        if core.restore(row.image)[0] == "ok":  # else of another truck or rate
-            before = core.answer()
-            core.restart(stop_s)
-            return _Course(core, former=row, before=before)
-    return None
-
-
-def _further(course: _Course, piece: tuple[Signals, ...], report: Callable[[int], None]) -> _Course:
-    ends = _run(course.core, piece, None, report)
-    return course._replace(logs=(*course.logs, *piece), ends=(*course.ends, *ends))
-
-
-def _answered(course: _Course, vehicle: Vehicle, params: Mapping[str, float], method: Method) -> _Run:
+def _answered(course: Course, vehicle: Vehicle, params: Mapping[str, float], method: Method) -> _Run:
     logs = course.logs
     coarse = coarseness_of(logs)
     native = widened(course.core.answer(), coarse, method, params)
@@ -425,9 +305,9 @@ def _answered(course: _Course, vehicle: Vehicle, params: Mapping[str, float], me
     return _Run(native, changes, coarse, logs, course)
 
 
-def _bias_moved(course: _Course, vehicle: Vehicle, params: Mapping[str, float], method: Method) -> float:
+def _bias_moved(course: Course, vehicle: Vehicle, params: Mapping[str, float], method: Method) -> float:
     """By a second run with the outputs of all ticks: few drives have an alarm."""
-    outputs, bias = _outputs(course.logs, vehicle, params, method), BiasCourse()
+    outputs, bias = outputs_over(course.logs, vehicle, params, method), BiasCourse()
     bias.take(outputs)
     return bias.moved_rad_s
 
@@ -479,41 +359,5 @@ def outputs_of(answer: Answer) -> npt.NDArray[np.void]:
     """The core's output at each tick of an answer's logs: oc_output, one row per row of all its drives, in order.
     Former drives of a memory are not in it."""
     logs, given = answer.drives, (answer.vehicle, answer.params, answer.method)
-    drives = [logs] if len(logs) == 1 else [course.logs for course in _courses(logs, *given, _NO_PAST, None)]
-    return np.concatenate([_outputs(drive, *given) for drive in drives])
-
-
-def _outputs(
-    logs: tuple[Signals, ...], vehicle: Vehicle, params: Mapping[str, float], method: Method
-) -> npt.NDArray[np.void]:
-    """Of one drive."""
-    outputs = np.zeros(sum(log.ticks for log in logs), _core.OUTPUT_DTYPE)
-    widths = track_widths(vehicle, method, logs)
-    core = core_of(vehicle, logs[0].rate_hz, method=method, params=params, track_widths=widths)
-    _run(core, logs, outputs, lambda ticks: None)
-    return outputs
-
-
-def _run(
-    core: _core.Core,
-    logs: Sequence[Signals],
-    outputs: npt.NDArray[np.void] | None,
-    report: Callable[[int], None],
-) -> list[_core.OcAnswer]:
-    """Runs the core over all logs; returns its answer at the end of each. Fills `outputs`, one row per tick, when
-    given. Between two logs that do not continue each other the ignition was off."""
-    done = 0
-    ends = []
-    for before, drive in zip((None, *logs), logs, strict=False):
-        if before is not None and not continues(before, drive):
-            stop_s = begin_of(drive) - end_of(before)
-            core.restart(stop_s if stop_s > 0.0 else 0.0)
-        columns = {name: drive.columns[name] for name in _core.COLUMNS if name in drive.columns}
-        for start in range(0, drive.ticks, _ROWS_AT_ONCE):
-            part = {name: column[start : start + _ROWS_AT_ONCE] for name, column in columns.items()}
-            count = len(part["time_s"])
-            core.run(part, None if outputs is None else outputs[done : done + count])
-            done += count
-            report(count)
-        ends.append(core.answer())
-    return ends
+    drives = [logs] if len(logs) == 1 else [course.logs for course in courses_of(logs, *given, NO_PAST, None)]
+    return np.concatenate([outputs_over(drive, *given) for drive in drives])

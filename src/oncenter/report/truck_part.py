@@ -1,4 +1,4 @@
-"""The truck and the drive: vehicle, VIN, date, place, distance, logs, and who made the page."""
+"""The truck and the drive: vehicle, VIN, date, distance, logs, and who made the page."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 PLATE = "Plate, if other"  # than the name of the truck
 _BY_HAND = ("VIN", PLATE, "Mileage", "Start")
-_SPEED, _LATITUDE, _LONGITUDE = "vehicle_speed_m_s", "latitude_deg", "longitude_deg"
+_SPEED = "vehicle_speed_m_s"
 
 
 def of_truck(vehicle: Vehicle) -> dict[str, str]:
@@ -51,7 +51,6 @@ def truck_section(answer: Answer, origin: Origin) -> str:
         "VIN": escape(origin.vin or ""),
         "Vehicle file": escape(unquote(Path(vehicle.origin).name)),  # of the page, a name that may be quoted
         "Start": "" if origin.start is None else _time(origin.start),
-        "Place": _place(answer.drives),
         "Driven": unbroken(f"{_distance_km(answer.drives):.1f} km in {duration(answer.duration_s)}"),
         "Logs" if len(answer.drives) > 1 else "Log": "<br>".join(escape(Path(d.log).name) for d in answer.drives),
         "Report": _made(answer, origin),
@@ -86,26 +85,3 @@ def _distance_m(drive: Signals) -> float:
         return 0.0
     speed = drive.columns[_SPEED]
     return float(np.abs(speed[np.isfinite(speed)]).sum()) / drive.rate_hz
-
-
-def _place(drives: tuple[Signals, ...]) -> str:
-    """The first position and the last one, where the logs have any."""
-    positions = [position for drive in drives for position in _ends(drive)]
-    if not positions:
-        return ""
-    first, last = positions[0], positions[-1]
-    return first if first == last else f"{first} to {last}"
-
-
-def _ends(drive: Signals) -> list[str]:
-    if _LATITUDE not in drive.columns or _LONGITUDE not in drive.columns:
-        return []
-    latitude, longitude = (drive.columns[name] for name in (_LATITUDE, _LONGITUDE))
-    there = np.flatnonzero(np.isfinite(latitude) & np.isfinite(longitude))
-    return [_position(latitude[row], longitude[row]) for row in there[[0, -1]]] if len(there) else []
-
-
-def _position(latitude: float, longitude: float) -> str:
-    """The position to a thousandth of a degree, some 100 m."""
-    north, east = "N" if latitude >= 0.0 else "S", "E" if longitude >= 0.0 else "W"
-    return f"{abs(latitude):.3f}° {north}, {abs(longitude):.3f}° {east}"

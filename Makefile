@@ -82,7 +82,7 @@ missing = $(foreach package,$(needed),{ $(has_$(package)); } >/dev/null 2>&1 || 
 
 .PHONY: help packages demo quick test tests night lint types elsewhere types-win32 types-darwin beside warnings cppcheck \
 	sanitize sanitize-core slow damaged benches pages portable browser coverage faults fuzz embedded fmu wheels zip bench accuracy load generated written \
-	docs fresh lock audit lowest matrix clean
+	docs sides fresh lock audit lowest matrix clean
 .DEFAULT_GOAL := help
 
 help: ## list all targets
@@ -269,6 +269,10 @@ written: .venv/tools ## of these the ones that take seconds and need no browser
 	$(BIN)/python docs/make_formats.py
 	$(BIN)/python docs/make_fmu_table.py
 	$(BIN)/python faults/page.py
+
+# Only for a newer map, or where a country changes its side: MAP is countries-10m.json of the npm package world-atlas.
+sides: .venv/tools ## the table of the sides of traffic, from a map: make sides MAP=countries-10m.json
+	$(BIN)/python docs/make_traffic_sides.py $(MAP)
 
 docs: .venv/dev ## the docs site, build/site/index.html: opens without a server and without a network
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict

@@ -232,11 +232,19 @@ def _offset(schema: str) -> Schema:
         ),
         "rear_axle_offset": quantity("deg", "Of that axle's sensor, road wheel angle."),
     }
+    traffic_side = object_of(
+        "Side of the road on which the truck is driven.",
+        {
+            "side": text("Null where it is unknown.", choices=("right", "left"), null=True),
+            "by": text("Source of the side.", choices=("vehicle file", "position", "former drives"), null=True),
+        },
+    )
     fields = {
         "schema": text(_SCHEMA_OF, choices=[f"oncenter/{schema}"]),
         "version": _VERSION,
         "log": text("The log; several are joined by commas."),
         "vehicle": text("Name of the truck."),
+        **({} if is_first else {"traffic_side": traffic_side}),
         "method": text("Method of the estimate.", choices=("joint", "thesis", "wheel-speed")),
         "params": by_name("Parameters that were used, by name; docs/params.md has units.", {"type": "number"}),
         "signals": by_name("By signal, its source in the log.", {"type": "string"}),

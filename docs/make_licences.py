@@ -25,6 +25,9 @@ library. Three things carry the work of others within themselves, with the texts
 - a report page: BokehJS (bokeh, BSD-3-Clause) and the libraries in it (`src/oncenter/report/licences.txt`),
 - a wheel and an FMU: the headers of FMI (Modelica Association, BSD-2-Clause, `src/oncenter/export/fmi`),
 - a library that zig compiled: zig's runtime, on Windows also that of MinGW-w64 (`wheels/licences`).
+
+One file is made from the data of others: `src/oncenter/traffic_sides.txt`, from the borders of Natural Earth, which
+is in the public domain.
 """
 
 

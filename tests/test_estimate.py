@@ -207,6 +207,7 @@ def test_the_first_schema_is_the_second_without_the_parts_of_the_interval() -> N
     assert second.pop("assumed") == [] and [drive["log"] for drive in second.pop("drives")] == ["made up"]
     for name in ("ratio_times_wheelbase", "understeer_at_steering_wheel"):
         assert second.pop(name)
+    assert second.pop("traffic_side") == {"side": None, "by": None}
     assert first == second
 
 

@@ -38,7 +38,7 @@ BIAS, PULL, CROWN = 2, 3, 4
 
 def filtered(rows: list[Row], priors: Priors, events: tuple[Event, ...] = ()) -> Any:
     table = table_of(rows, priors, events, loads_of(rows, priors))
-    of_truck = np.array([priors_of_filter(priors, rows[0])], _core.TRUCK_PRIORS)
+    of_truck = np.array([priors_of_filter(priors, rows)], _core.TRUCK_PRIORS)
     return _core.truck_histories(table, [len(rows)], of_truck)[0]
 
 
@@ -46,7 +46,7 @@ def literal(rows: list[Row], priors: Priors, renewed: bool = False) -> tuple[Num
     """Mean and covariance of the state after all drives, and the log likelihood, from the joint normal density of all
     states and readings; `renewed`: the last drive has another offset, about 0."""
     table = table_of(rows, priors, (), loads_of(rows, priors))
-    one = priors_of_filter(priors, rows[0])
+    one = priors_of_filter(priors, rows)
     start = one["variance"].copy()
     start[5:] = one["variant_steer"][0]
     n, k = len(rows), 7

@@ -22,6 +22,7 @@ from oncenter.nearest_name import did_you_mean, nearest
 from oncenter.param_table import params
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, STATUSES, SignalName
 from oncenter.steering_ratio import SteeringRatio, near_centre
+from oncenter.traffic_side import Side
 from oncenter.vehicle_keys import KEYS, OFFSET_LIMIT_DEG, bounds
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]  # "3.7" and true are none
@@ -56,6 +57,7 @@ _FACTORS = {"wheelbase_m": (1.0, 20.0), "steering_ratio": (1.0, 60.0)}  # of the
 _PRODUCT_SD = "known_wheelbase_share_sd_1"
 _PRODUCT_SD_1 = {1: 0.15, 2: 0.3}
 _TRAFFIC_SIGNS = {"right": 1.0, "left": -1.0}  # of the lateral acceleration on roads that fall to that side
+SideBy = Literal["vehicle file", "position", "former drives"]
 _ANGLE = "steering_wheel_angle"
 _MAY_LACK_ITS_SD = "understeer_gradient_deg_m_s2"  # `oncenter.budget` takes it alone
 _BOUNDED_BY = {  # params with a closer limit than their range, set by another param
@@ -136,7 +138,7 @@ class Vehicle(BaseModel):
     rear_axle_zero_sd_deg: Annotated[Number, bounds("rear_axle_zero_sd_deg")] | None = None
     offset_applied_deg: Annotated[Number, bounds("offset_applied_deg")] = 0.0
     offset_limit_deg: Annotated[Number, bounds("offset_limit_deg")] = OFFSET_LIMIT_DEG
-    traffic_side: Literal["right", "left"] | None = None
+    traffic_side: Side | None = None
     sensors: Sensors = Sensors()
     signals: Mapping[str, _SignalEntry] = {}
     dbc: tuple[Path, ...] = ()
@@ -146,6 +148,7 @@ class Vehicle(BaseModel):
     _origin: str = PrivateAttr("")  # the vehicle file, for messages
     _assumed: tuple[str, ...] = PrivateAttr(())
     _learned: LearnedPriors | None = PrivateAttr(None)
+    _side_by: SideBy | None = PrivateAttr(None)
 
     @model_validator(mode="before")
     @classmethod
@@ -204,8 +207,9 @@ class Vehicle(BaseModel):
         return values | {"params": {**given, **values.get("params", {})}} if given else values
 
     @model_validator(mode="after")
-    def _note_assumed(self) -> Vehicle:
+    def _note_origins(self) -> Vehicle:
         self._assumed = tuple(key for key in _FACTORS if key not in self.model_fields_set)
+        self._side_by = "vehicle file" if self.traffic_side else None
         return self
 
     @model_validator(mode="before")
@@ -303,6 +307,20 @@ class Vehicle(BaseModel):
     def traffic_sign(self) -> float:
         """1 where roads fall to the right, -1 where they fall to the left, 0 where the side is not given."""
         return _TRAFFIC_SIGNS.get(self.traffic_side or "", 0.0)
+
+    @property
+    def traffic_side_by(self) -> SideBy | None:
+        """The source of `traffic_side`; None where the side is not given."""
+        return self._side_by
+
+    def with_traffic_side(self, side: Side | None, by: SideBy | None) -> Vehicle:
+        """The truck with the side of traffic from another source, or without one. An axle that is set up for the crown
+        pulls to the side of the vehicle file, so this pull goes with that side."""
+        of_set_up = _KNOWN["pull_m_s2"][1:] if self.set_up_for_crown else ()
+        params = {name: value for name, value in self.params.items() if name not in of_set_up}
+        other = self.model_copy(update={"traffic_side": side, "params": params})
+        other._side_by = by
+        return other
 
     @property
     def angle_sign(self) -> int:

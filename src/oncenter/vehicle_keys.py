@@ -174,7 +174,8 @@ KEYS: dict[str, Key] = {
             "right",
             choices=("right", "left"),
             where="The country of the drives.",
-            without="the road's crown may fall to either side, and the interval of the offset is wider",
+            without="it is the side at the log's positions, else that of the truck's former drives; without both the "
+            "road's crown may fall to either side, and the interval of the offset is wider",
         ),
         Key(
             "dbc",

@@ -24,6 +24,7 @@ from oncenter.findings import Finding
 from oncenter.offset.assemble import notes_of
 from oncenter.offset.inputs import check_without, params_of, without_unfit_wheels
 from oncenter.offset.rear_axle import WEIGHT as REAR_WEIGHT
+from oncenter.offset.traffic_side import with_traffic_side
 from oncenter.read.whole_turns import without_whole_turns
 from oncenter.signals import DEGREE, Signals, drives_of
 from oncenter.truck.events import Event
@@ -83,6 +84,7 @@ def angle(
         OncenterError: "missing_signal" (exit 1); "method", "params", "sensor_lost_at", "track_width" (exit 2).
     """
     vehicle = vehicle_of(vehicle, "angle")
+    vehicle, _, _ = with_traffic_side(vehicle, (signals, *taught_by), before, events)
     _check(signals, vehicle, method, sensor_lost_at)
     (signals, *taught_by), unfit = without_unfit_wheels((signals, *taught_by), vehicle)
     if method.startswith("wheel-speed"):
@@ -133,8 +135,9 @@ def in_degrees(table: pl.DataFrame) -> pl.DataFrame:
 
 
 def findings_on(signals: Signals, vehicle: Vehicle, taught_by: Sequence[Signals]) -> tuple[Finding, ...]:
-    """The warnings about wheel speeds that are not used."""
-    return without_unfit_wheels((signals, *taught_by), vehicle)[1]
+    """The warnings about wheel speeds that are not used, and about a side of traffic that is not."""
+    drives = signals, *taught_by
+    return (*with_traffic_side(vehicle, drives)[1], *without_unfit_wheels(drives, vehicle)[1])
 
 
 def notes_on(

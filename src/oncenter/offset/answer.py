@@ -129,6 +129,7 @@ class Answer(Estimates):
             "version": self.version,
             "log": self.log,
             "vehicle": self.vehicle.name,
+            **({} if schema == "offset-1" else {"traffic_side": self._traffic_side()}),
             "method": self.method,
             "params": dict(self.params),
             "signals": dict(self.sources),
@@ -161,6 +162,9 @@ class Answer(Estimates):
             "notes": list(self.notes),
             **({} if schema == "offset-1" else {"accounts": self._accounts()}),
         }
+
+    def _traffic_side(self) -> dict[str, str | None]:
+        return {"side": self.vehicle.traffic_side, "by": self.vehicle.traffic_side_by}
 
     def _of_both_axles(self) -> dict[str, Any]:
         given = {"combined_offset": self.combined_offset, "rear_axle_offset": self.rear_axle_offset}

@@ -268,8 +268,8 @@ def _crown(found: Kind, native: _core.OcAnswer, params: Mapping[str, float], tra
     observed, expected = ("left", "right") if traffic_sign > 0.0 else ("right", "left")
     return found(
         f"the roads of this drive slope down to the {observed} by {abs(fell) * percent:.1f} ±{doubt * percent:.1f} %; "
-        f"where traffic keeps {expected}, most slope down to the {expected}. The offset uses 'traffic_side' of the "
-        "vehicle file and is less certain. If other drives show the same, correct 'traffic_side'",
+        f"where traffic keeps {expected}, most slope down to the {expected}. The offset uses this side and is less "
+        "certain. If other drives show the same, check 'traffic_side' of the vehicle file, or the position in the log",
         fell * percent,
     )
 

@@ -44,6 +44,7 @@ from oncenter.offset.inputs import (
 from oncenter.offset.rear_axle import rear_axle_findings, with_fitting_bends, with_offsets_of_both_axles, with_rear_axle
 from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.signals_at_fault import without_faulty_estimates
+from oncenter.offset.traffic_side import with_traffic_side
 from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout, with_fitted_product
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
 from oncenter.plausibility.check_result import NO_OFFSET
@@ -85,7 +86,8 @@ def offset(
             each drive alone and combines the drives since the last change of the offset. Logs with stops of half an
             hour at most between are one drive.
         vehicle: from `oncenter.vehicle`, or the path of its file; its `[params]` apply. Without it, or without its
-            wheelbase or steering ratio, the joint method estimates the product of both.
+            wheelbase or steering ratio, the joint method estimates the product of both. Without its `traffic_side`
+            the side is that of the log's positions, else that of the drives in `before`.
         method: "joint", offset, understeer gradient, play and gyro bias together; "thesis", (36) to (38) of
             docs/method.md; "wheel-speed", the same from the angle and the wheel speeds of one axle (the rear one
             where the log has it), whose track width the vehicle file must give.
@@ -113,6 +115,7 @@ def offset(
     logs = in_order(drives_of(signals, "offset"))
     check_dates(logs, events)
     recorded, of_copies = without_copies(logs)
+    vehicle, of_side, side_notes = with_traffic_side(vehicle, recorded, before, events)
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(params_of(vehicle, params), given, method, recorded)
     used_params = with_rear_axle(used_params, method, recorded)
@@ -128,10 +131,11 @@ def offset(
         findings=(
             *answer.findings,
             *rear_axle_findings(answer, recorded),
+            *of_side,
             *unfit,
             *_recording(recorded, names, vehicle),
         ),
-        notes=(*answer.notes, *of_copies),
+        notes=(*answer.notes, *of_copies, *side_notes),
     )
 
 

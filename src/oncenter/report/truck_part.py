@@ -32,9 +32,14 @@ def of_truck(vehicle: Vehicle) -> dict[str, str]:
     rows = {title: "not given" if key in vehicle.assumed else value for key, (title, value) in given.items()}
     rows["Axles"] = vehicle.axle_layout or "not given"
     rows |= {"Steered rear axle": vehicle.rear_axle_steers} if vehicle.rear_axle_steers else {}
-    rows |= {"Driven on": f"the {vehicle.traffic_side}"} if vehicle.traffic_side else {}
+    rows |= {"Driven on": _driven_on(vehicle)} if vehicle.traffic_side else {}
     reversed_ = [signal.replace("_", " ") for signal, entry in vehicle.signals.items() if entry.sign == -1]
     return rows | ({"Corrected the reversed sign of": ", ".join(reversed_)} if reversed_ else {})
+
+
+def _driven_on(vehicle: Vehicle) -> str:
+    by = vehicle.traffic_side_by
+    return f"the {vehicle.traffic_side}" + ("" if by == "vehicle file" else f" (by {by})")
 
 
 def _in_words(vehicle: Vehicle) -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -121,13 +121,20 @@ def trucks_now(
     """The trucks after their usable drives, in order of time; each has one. The result of a truck does not depend on
     the others."""
     stated = events or [()] * len(trucks)
+    trucks = list(map(of_one_side, trucks))
     loads = [loads_of(rows, prior) for rows, prior in zip(trucks, priors, strict=True)]
     tables = [table_of(*one) for one in zip(trucks, priors, stated, loads, strict=True)]
     of_trucks = np.array(
-        [priors_of_filter(prior, rows[0]) for rows, prior in zip(trucks, priors, strict=True)], _core.TRUCK_PRIORS
+        [priors_of_filter(prior, rows) for rows, prior in zip(trucks, priors, strict=True)], _core.TRUCK_PRIORS
     )
     found = _core.truck_histories(np.concatenate(tables), [len(rows) for rows in trucks], of_trucks)
     return [_truck(*one) for one in zip(found, tables, trucks, priors, loads, strict=True)]
+
+
+def of_one_side(rows: Sequence[Row]) -> Sequence[Row]:
+    """The rows, those without a side of traffic with that of all others."""
+    sides = {row.side for row in rows} - {0.0}
+    return [replace(row, side=row.side or max(sides)) for row in rows] if len(sides) == 1 else rows
 
 
 def truck_now(rows: Sequence[Row], events: Sequence[Event], priors: Priors) -> Truck:
@@ -220,10 +227,10 @@ def _state(drive: Any, stated: Sequence[_Stated]) -> None:
         drive["stated_by_sd"] = math.hypot(*(one.by_sd for one in stated))
 
 
-def priors_of_filter(priors: Priors, first: Row) -> npt.NDArray[np.void]:
-    """The priors as the filter takes them, of a truck with this first drive."""
+def priors_of_filter(priors: Priors, rows: Sequence[Row]) -> npt.NDArray[np.void]:
+    """The priors as the filter takes them, of a truck with these drives."""
     one = np.zeros((), _core.TRUCK_PRIORS)
-    unknown_side = 0.0 if first.side else priors.crown_m_s2
+    unknown_side = 0.0 if all(row.side for row in rows) else priors.crown_m_s2
     one["mean"][[PLAY, BIAS, PULL]] = priors.play_mean_rad, priors.accelerometer_bias_m_s2, priors.pull_m_s2
     one["variance"] = (
         np.array(
@@ -248,7 +255,7 @@ def priors_of_filter(priors: Priors, first: Row) -> npt.NDArray[np.void]:
     one["changes_per_day"] = priors.changes_per_day
     one["new_variance"] = priors.new_offset_sd_rad**2
     one["wrong_variance"] = np.square(priors.wrong_sds_rad)
-    little, much = np.square(np.array(priors.load_steer_sds_rad) * first.ratio)
+    little, much = np.square(np.array(priors.load_steer_sds_rad) * rows[0].ratio)
     usual, wide = priors.pull_sd_m_s2**2 * np.array([1.0, priors.wide_pull**2])
     tail = priors.wide_pull_probability
     of_little, of_much = priors.load_steer_weights

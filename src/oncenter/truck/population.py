@@ -21,7 +21,7 @@ from oncenter.signals import DEGREE
 from oncenter.truck.events import CALIBRATED, CHANGED, REPAIRED, Event
 from oncenter.truck.evidence import Numbers
 from oncenter.truck.loads import LOADS_DIFFER, loads_of
-from oncenter.truck.now import CROWN, PULL, priors_of_filter, table_of, trucks_now
+from oncenter.truck.now import CROWN, PULL, of_one_side, priors_of_filter, table_of, trucks_now
 from oncenter.truck.priors import Priors
 from oncenter.truck.row import Row
 from oncenter.tuned import PRIORS
@@ -69,6 +69,7 @@ def has_several_loads(drives: Drives, priors: Priors) -> bool:
 
 def population_of(trucks: Sequence[Drives], priors: Priors, set_up_probability: float) -> Population:
     """Of trucks with drives at several loads."""
+    trucks = list(map(of_one_side, trucks))
     found = trucks_now(trucks, [priors] * len(trucks))
     events = [
         [Event(drives[one.at].start_s, _EVENTS.get(one.kind, REPAIRED)) for one in truck.changes]
@@ -102,7 +103,7 @@ def _pulls(
         table = np.concatenate(
             [table_of(*one) for one in zip(trucks, [some] * len(trucks), events, loads, strict=True)]
         )
-        of_trucks = np.array([priors_of_filter(some, drives[0]) for drives in trucks], _core.TRUCK_PRIORS)
+        of_trucks = np.array([priors_of_filter(some, drives) for drives in trucks], _core.TRUCK_PRIORS)
         of_trucks["variant_probability"] = 1.0, 0.0, 0.0
         usual, ratio = (
             of_trucks["variance"][:, CROWN] - some.region_sd_m_s2**2,

@@ -13,16 +13,18 @@ import numpy as np
 import pytest
 from test_findings import example_on_page
 from test_report import Parsed
-from truck_rows import drive_row
+from truck_rows import DAY_S, MONDAY_S, drive_row
 
 import oncenter as oc
 from oncenter import _core
+from oncenter.fleet.tables import DRIVES, TRUCKS
 from oncenter.memory import TruckMemory, offset_with_memory
 from oncenter.offset.run import outputs_of
 from oncenter.offset.traffic_side import with_traffic_side
 from oncenter.report.page import page
 from oncenter.signals import Signals, Source
 from oncenter.traffic_side import Side, side_at, side_of
+from oncenter.truck.events import ANOTHER_TRUCK, Event
 from oncenter.truck.now import CROWN, of_one_side, priors_of_filter, truck_now
 from oncenter.truck.priors import priors_of
 from oncenter.vehicle import Vehicle, vehicle_from
@@ -235,7 +237,9 @@ def test_a_position_that_does_not_move_with_the_truck_has_no_side() -> None:
 
 
 def test_a_truck_that_stands_on_a_ferry_or_train_has_no_side() -> None:
-    assert side_of([moving(53.5, -4.9, speed_m_s=0.0, still_m_s=10.0)]) is None
+    assert side_of([moving(53.3, -4.4, speed_m_s=0.0, still_m_s=10.0)]) is None
+    assert side_of([moving(53.3, -4.4, speed_m_s=0.05, still_m_s=0.05)]) is None  # sensors at standstill
+    assert side_of([moving(53.3, -4.4)]) == "left"
 
 
 def test_a_single_jump_of_the_position_does_not_count() -> None:
@@ -342,14 +346,16 @@ def test_the_side_of_former_drives_counts_where_the_log_has_no_position() -> Non
     assert with_traffic_side(truck(), [drive], former)[0].traffic_side == "left"
     assert with_traffic_side(truck(traffic_side="right"), [drive], former)[0].traffic_side == "right"
     assert with_traffic_side(truck(), [moving(*RIGHT["Berlin"])], former)[0].traffic_side == "right"
+    another_truck = Event(MONDAY_S + 3.0 * DAY_S, ANOTHER_TRUCK)
+    assert with_traffic_side(truck(), [drive], former, [another_truck])[0].traffic_side is None
     both = [*former, drive_row(2.0, 2.0, side=1.0)]
     assert with_traffic_side(truck(), [drive], both)[0].traffic_side is None
 
 
 def test_a_memory_keeps_the_side_for_a_drive_without_a_position() -> None:
-    first = replace(driven("London"), start_s=1_772_434_800.0)
+    first = replace(driven("London"), start_s=MONDAY_S)
     _, memory = offset_with_memory([first], truck(), TruckMemory("truck"))
-    later = replace(driven(None), start_s=1_772_434_800.0 + 86_400.0)
+    later = replace(driven(None), start_s=MONDAY_S + DAY_S)
     later = later.replaced(columns={**later.columns, "yaw_rate_rad_s": later.columns["yaw_rate_rad_s"] + 1e-4})
     answer, memory = offset_with_memory([later], truck(), memory)
     assert answer.to_dict()["traffic_side"] == {"side": "left", "by": "former drives"}
@@ -370,6 +376,8 @@ def test_no_answer_and_no_page_has_a_position() -> None:
     answer = answered("Berlin", None)
     visible = " ".join(Parsed(page(answer, outputs_of(answer))).visible.split())
     assert "driven on the right (by position)" in visible
+    tables = repr([*DRIVES, *TRUCKS])
+    assert not re.search("latitude|longitude|position", tables)
     for text in (answer.to_json(), str(answer), visible):
         assert not re.search(r"\b52\.[45]\d|\b13\.[34]\d|° [NS]", text)
 

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Iterator
 from functools import cache
@@ -22,7 +23,7 @@ _CELL_DEG = 0.5
 _POSITION = tuple(SIGNALS[name].column for name in ("latitude", "longitude"))
 _SPEED = SIGNALS["vehicle_speed"].column
 _STEP_S = 30.0  # between the positions that are looked up: 0.75 km on a motorway
-_DRIVEN_MIN_M = 100.0  # of such a step: more than the scatter of a receiver, and of sensors at standstill
+_DRIVEN_MIN_M = 50.0  # of such a step: more than the scatter of a receiver, and of sensors at standstill
 _MOVED = 0.5, 1.5  # of the driven distance: bends are longer than the straight way, a receiver may lag by seconds
 _NO_ZERO_DEG = 1e-6  # a receiver without a fix may send zeros: nearer to the equator or to Greenwich than 0.1 m
 
@@ -71,11 +72,10 @@ def _driven(drive: Signals) -> Iterator[tuple[float, float]]:
 
 
 def _distance_m(begin: tuple[float, float], end: tuple[float, float]) -> float:
-    """Between two positions near each other; NaN where one is none."""
+    """Between two positions near each other; NaN where one is not a position."""
     if min(map(abs, (*begin, *end))) < _NO_ZERO_DEG or not max(abs(begin[0]), abs(end[0])) <= 90.0:
-        return float("nan")
+        return math.nan
     north_m, east_m = radii_of_curvature_m(begin[0])
-    by_longitude = (end[1] - begin[1] + 180.0) % 360.0 - 180.0
     north_m *= (end[0] - begin[0]) * DEGREE
-    east_m *= by_longitude * DEGREE * float(np.cos(begin[0] * DEGREE))
-    return float(np.hypot(north_m, east_m))
+    east_m *= (end[1] - begin[1]) * DEGREE * math.cos(begin[0] * DEGREE)
+    return math.hypot(north_m, east_m)

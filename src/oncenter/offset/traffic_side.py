@@ -45,7 +45,7 @@ def _contradicted(found: Kind, given: Side, by_position: Side | None) -> Finding
     if by_position in (None, given):
         return None
     return found(
-        f"'traffic_side' in the vehicle file is {given}, and the positions in the log are where traffic keeps "
+        f"the truck is given as driven on the {given}, and the positions in the log are where traffic keeps "
         f"{by_position}. The offset is estimated without a side of traffic, so it is less certain. Correct "
-        "'traffic_side', or check the signals of the position"
+        "'traffic_side' in the vehicle file, or check the signals of the position"
     )

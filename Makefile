@@ -240,6 +240,7 @@ accuracy: .venv/dev ## errors and intervals of all methods and rivals: docs/accu
 	$(BIN)/python bench/one_truck.py build/one_truck --page --jobs 2
 	rm -rf build/fleet_priors
 	$(BIN)/python bench/fleet_priors.py build/fleet_priors --page --jobs 2
+	$(BIN)/python bench/fleet_pulls.py --page --jobs 2
 
 load: .venv/dev ## a night of a fleet and ten minutes of a live bus: docs/fleet_figures.md, docs/live.md
 	rm -rf build/fleet

@@ -28,15 +28,16 @@ from trucks import make
 
 import oncenter as oc
 from oncenter.errors import OncenterError
-from oncenter.fleet.priors import write_priors
+from oncenter.fleet.priors import Taught, write_taught
+from oncenter.fleet.summaries import row_of_drive
 from oncenter.signals import DEGREE
+from oncenter.truck.row import Row
 from oncenter.vehicle import vehicle_from
 
 REPORTED_FROM, TUNING_FROM = 20001, 1
 FRESH_AFTER = 5000
 OF_ONE_LOAD = 10  # trucks
 TYPE = "rigid"  # the name of their vehicle file
-TABLES = ("drives", "trucks", "changes")
 PAGE = Path(__file__).parents[1] / "docs" / "fleet_figures.md"
 BEGIN = "<!-- priors: written by bench/fleet_priors.py --page -->"
 END = "<!-- priors: end -->"
@@ -44,12 +45,13 @@ Record = dict[str, Any]
 
 
 def learned(table: pl.DataFrame, file: Path) -> str:
-    """Writes the priors of these trucks by the tables of a fleet, and returns the command's line."""
-    rows = [row | {"truck": f"truck-{row['seed']}", "copy_of": None, "vehicle_file": TYPE} for row in table.to_dicts()]
-    with tempfile.TemporaryDirectory() as folder:
-        for name in TABLES:
-            pl.DataFrame(rows, infer_schema_length=None).write_parquet(Path(folder) / f"{name}.parquet")
-        return write_priors(Path(folder), file)
+    """Writes the priors of these trucks, and returns the command's lines."""
+    trucks: dict[int, list[Row]] = {}
+    for drive in table.to_dicts():
+        row = row_of_drive(drive)
+        if row is not None:
+            trucks.setdefault(drive["seed"], []).append(row)
+    return write_taught([Taught(f"truck-{seed}", TYPE, drives) for seed, drives in trucks.items()], file)
 
 
 def taught(table: pl.DataFrame, file: Path) -> Record:

@@ -19,6 +19,7 @@ SMALL = {
     "file_faults": "--smoke --jobs 1",
     "fleet": "FOLDER --smoke --part changes kill",
     "fleet_priors": "FOLDER --smoke --jobs 1",
+    "fleet_pulls": "--smoke --jobs 1",
     "frozen_signals": "--smoke --jobs 1",
     "gyro_bias": "--seeds 1",
     "healthy": "--smoke --jobs 1",

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Iterable, Sequence
+from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-import polars as pl
 import pytest
-from truck_rows import drive_row
+from fleet_rows import OUTLIER_M_S2, Driving, fleet_of
 
 import oncenter
 from oncenter import _core
@@ -17,15 +20,18 @@ from oncenter.cli import run
 from oncenter.errors import OncenterError
 from oncenter.estimates.cause import causes_of
 from oncenter.fleet import priors as fleet_priors
+from oncenter.fleet.files import LogFile
+from oncenter.fleet.ledger import LEDGER, Ledger
 from oncenter.fleet.summaries import columns_of
 from oncenter.learned_priors import KEYS, error_key
 from oncenter.offset.inputs import params_of
 from oncenter.signals import DEGREE
-from oncenter.truck import population
+from oncenter.truck.now import truck_now
 from oncenter.truck.population import Drives, Learned, Population, population_of
 from oncenter.truck.priors import priors_of
+from oncenter.truck.pull_spread import Outlier
+from oncenter.truck.row import Row
 
-RATIO, DRIVES = 19.3, 6
 FOUND = Population(
     pull_sd=Learned(0.03, 0.004, 25),
     play_mean=Learned(5.0 * DEGREE, 0.3 * DEGREE, 25),
@@ -33,89 +39,114 @@ FOUND = Population(
     gradient_mean=Learned(0.45 * DEGREE, 0.01 * DEGREE, 25),
     gradient_sd=Learned(0.1 * DEGREE, 0.01 * DEGREE, 25),
     set_up=Learned(0.08, 0.05, 25),
+    outliers=(Outlier(1, -0.41, 0.05),),
 )
 TRUCK = 'wheelbase_m = 3.7\nsteering_ratio = 19.3\ntraffic_side = "right"\n'
 
 
-def trucks(pull_sd: float, count: int, loads: tuple[float, ...], seed: int = 1) -> list[Drives]:
-    """Drives by the equations of oncenter.truck.now, written out."""
-    random = np.random.default_rng(seed)
-    return [_truck(random, pull_sd, loads) for _ in range(count)]
+TWO_LOADS = Driving((0.75, 1.35))
 
 
-def _truck(random: np.random.Generator, pull_sd: float, loads: tuple[float, ...]) -> Drives:
-    pull, bias, region = random.normal(0.0, (pull_sd, 0.1, 0.07))
-    offset, play = random.normal(0.0, 0.5), random.normal(5.0, 1.5)
-    gradients = 0.42 * np.array([loads[d % len(loads)] for d in range(DRIVES)])  # deg/(m/s^2)
-    mean, rows = gradients.mean(), []
-    for day, gradient in enumerate(gradients):
-        pulled = RATIO * (mean + 0.65 * (gradient - mean))
-        wind, error = random.normal(0.0, 0.02, 2)
-        rows.append(
-            drive_row(
-                day,
-                offset + pulled * (pull + error) + random.normal(0.0, 0.12),
-                play_deg=play + random.normal(0.0, 0.4),
-                neutral=bias + pull + wind + error,
-                sds=(np.hypot(0.08, pulled * 0.02), 0.3, 0.02),
-                with_neutral_deg_m_s2=pulled * 0.02**2,
-                gradient=(gradient + random.normal(0.0, 0.02)) * DEGREE,
-                bank=bias + 0.2 + region + random.normal(0.0, 0.07),
-                ratio=RATIO,
-            )
-        )
-    return rows
-
-
-@pytest.mark.parametrize("pull_sd", [0.05, 0.1])
-def test_the_spread_of_pulls_is_found_without_that_of_their_errors(
-    pull_sd: float, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("outliers", [0, 3])
+@pytest.mark.parametrize("pull_sd", [0.02, 0.05, 0.1])
+def test_the_spread_of_pulls_is_found_without_that_of_their_errors_and_without_outliers(
+    pull_sd: float, outliers: int
 ) -> None:
-    monkeypatch.setattr(population, "_PULL_SDS_M_S2", np.array([0.01, 0.03, 0.05, 0.07, 0.1, 0.14, 0.2]))
-    monkeypatch.setattr(population, "_REGION_SDS_M_S2", (0.07,))
-    monkeypatch.setattr(population, "_STEER_SDS_RAD", (0.001 * DEGREE,))
-    found = population_of(trucks(pull_sd, 120, (0.75, 1.0, 1.35)), priors_of(), 0.05)
-    assert found.pull_sd.value == pytest.approx(pull_sd, rel=0.2) and found.pull_sd.trucks == 120
+    found = population_of(fleet_of(pull_sd, 60, outliers=outliers), priors_of(), 0.05)
+    assert abs(found.pull_sd.value - pull_sd) < 2.0 * found.pull_sd.error < pull_sd + 0.01
+    assert [one.at for one in found.outliers[:outliers]] == list(range(outliers))
+    assert all(abs(abs(one.pull) - OUTLIER_M_S2) < 3.0 * one.pull_sd for one in found.outliers[:outliers])
+    assert len(found.outliers) <= outliers + 1  # of 60 trucks the one with the largest pull may be named, too
     assert found.play_mean.value == pytest.approx(5.0 * DEGREE, abs=3.0 * found.play_mean.error)
     assert found.play_sd.value == pytest.approx(1.5 * DEGREE, abs=3.0 * found.play_sd.error)
     assert found.gradient_mean.value == pytest.approx(0.434 * DEGREE, rel=0.02)
     assert found.set_up is not None and found.set_up.value < 0.06
 
 
-def tables(folder: Path, fleet: list[Drives]) -> Path:
-    """A fleet's folder with these drives, all of one vehicle file."""
-    rows = [
-        {"truck": f"T{truck:03}", "start": row.start_s, "copy_of": None, "vehicle_file": "rigid"}
-        | {"offset_status": "valid", "duration_s": row.length_s, "used_s": row.used_s}
-        | {"side_force_left_s": row.left_s, "side_force_right_s": row.right_s}
-        | columns_of(row, _core.default_params())
-        for truck, drives in enumerate(fleet)
-        for row in drives
-    ]
-    pl.DataFrame(rows, schema_overrides={"copy_of": pl.String, "summary_params": pl.String}).write_parquet(
-        folder / "drives.parquet"
-    )
-    empty = pl.DataFrame({"truck": ["T000"], "verdict": ["within"], "watch": [False]})
-    for name in ("trucks", "changes"):
-        empty.write_parquet(folder / f"{name}.parquet")
+@pytest.mark.parametrize("scatter_deg", [0.08, 0.2])
+def test_drives_may_scatter_otherwise_than_the_model_expects(scatter_deg: float) -> None:
+    found = population_of(fleet_of(0.05, 200, Driving(scatter_deg=scatter_deg), seed=4), priors_of(), 0.05)
+    assert found.pull_sd.value == pytest.approx(0.05, abs=2.0 * found.pull_sd.error)
+
+
+def test_drives_at_several_loads_find_an_outlier_s_pull_where_its_fleet_has_taught_a_narrow_one() -> None:
+    (drives,) = fleet_of(0.0, 1, outliers=1)
+    truck = truck_now(drives, (), priors_of({"pull_sd_m_s2": 0.022}))
+    assert abs(truck.pull - OUTLIER_M_S2) < 2.0 * truck.pull_sd
+
+
+def drive_in(truck: int, row: Row) -> dict[str, Any]:
+    """A row of the ledger, of a drive in one log."""
+    name = f"T{truck:03}"
+    log = f"{name}/{row.start_s:.0f}.mf4"
+    where = {"key": log, "log": log, "truck": name, "vehicle_file": "rigid", "settings": "", "error_code": None}
+    when = {"start": row.start_s, "start_source": "log", "span_s": row.length_s}
+    return where | when | of_drive(row)
+
+
+def of_drive(row: Row) -> dict[str, Any]:
+    times = {"start": row.start_s, "duration_s": row.length_s, "used_s": row.used_s}
+    loads = {"side_force_left_s": row.left_s, "side_force_right_s": row.right_s}
+    return columns_of(row, _core.default_params()) | times | loads | {"offset_status": row.status}
+
+
+def ledger(folder: Path, drives: Iterable[dict[str, Any]]) -> Path:
+    """A fleet's folder with these drives."""
+    with closing(Ledger(folder / LEDGER)) as kept:
+        for drive in drives:
+            kept.add(LogFile(drive["log"], "", 1, 0.0), drive)
     return folder
+
+
+def drives_of(fleet: Sequence[Drives]) -> list[dict[str, Any]]:
+    return [drive_in(truck, row) for truck, drives in enumerate(fleet) for row in drives]
 
 
 def test_trucks_of_one_load_teach_no_priors_and_the_line_says_why(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    folder, file = tables(tmp_path, trucks(0.05, 12, (1.0,))), tmp_path / "priors.toml"
+    folder, file = ledger(tmp_path, drives_of(fleet_of(0.05, 12, Driving((1.0,))))), tmp_path / "priors.toml"
     assert run(["fleet", "priors", str(folder), "--output", str(file)]) == 1
     assert not file.exists()
     said = capsys.readouterr().err
     assert "0 of 12 trucks" in said and "one load cannot separate a pull from an accelerometer bias" in said
 
 
+def test_an_outlier_is_named_by_its_truck_in_the_line_and_in_the_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder, file = ledger(tmp_path, drives_of(fleet_of(0.02, 20, outliers=1))), tmp_path / "priors.toml"
+    assert run(["fleet", "priors", str(folder), "--output", str(file)]) == 0
+    _, named = capsys.readouterr().out.splitlines()
+    assert named.startswith("T000: pull +0.") and "outside the spread of the others" in named
+    outliers = tomllib.loads(file.read_text())["outliers"]
+    assert outliers.keys() == {"T000"}
+    assert abs(outliers["T000"]["pull_m_s2"] - OUTLIER_M_S2) < 3.0 * outliers["T000"]["pull_error_m_s2"]
+
+
+def in_two_logs(truck: int, row: Row) -> list[dict[str, Any]]:
+    """A drive with a stop of 400 s in the middle, as answered as a whole."""
+    third = row.length_s / 3.0
+    parts = [replace(row, start_s=row.start_s + k * third, length_s=third) for k in (0, 2)]
+    first, last = (drive_in(truck, part) for part in parts)
+    return [first, last | {"drive": {"keys": [first["key"], last["key"]], "rows": [of_drive(row)]}}]
+
+
+def test_logs_with_short_stops_teach_as_one_drive(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    fleet = fleet_of(0.05, 12, TWO_LOADS)
+    logs = [log for truck, drives in enumerate(fleet) for row in drives for log in in_two_logs(truck, row)]
+    taught: list[Sequence[Drives]] = []
+    monkeypatch.setattr(fleet_priors, "population_of", lambda trucks, *_: taught.append(trucks) or FOUND)
+    fleet_priors.write_priors(ledger(tmp_path, logs), tmp_path / "priors.toml")
+    lengths = [[row.length_s for row in drives] for drives in taught[0]]
+    assert lengths == [[row.length_s for row in drives] for drives in fleet]
+
+
 @pytest.fixture
 def written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setattr(fleet_priors, "population_of", lambda *_: FOUND)
     file = tmp_path / "fleet_priors.toml"
-    fleet_priors.write_priors(tables(tmp_path, trucks(0.05, 12, (0.75, 1.35))), file)
+    fleet_priors.write_priors(ledger(tmp_path, drives_of(fleet_of(0.05, 12, TWO_LOADS))), file)
     return file
 
 
@@ -226,9 +257,14 @@ def test_a_missing_file_of_priors_is_named(tmp_path: Path) -> None:
         oncenter.vehicle(tmp_path / "rigid.toml")
 
 
+def test_an_outlier_does_not_take_the_spread_of_the_others(written: Path, tmp_path: Path) -> None:
+    (tmp_path / "T001.toml").write_text(TRUCK + '[priors]\nfrom = "fleet_priors.toml"\n')
+    used = params_of(oncenter.vehicle(tmp_path / "T001.toml"), {})
+    assert used["pull_sd_m_s2"] == _core.default_params()["pull_sd_m_s2"] and used["known_play_sd_rad"] > 0.0
+
+
 def test_drives_answered_by_learned_priors_do_not_teach_them_again(tmp_path: Path) -> None:
-    folder = tables(tmp_path, trucks(0.05, 12, (0.75, 1.35)))
-    drives = pl.read_parquet(folder / "drives.parquet").with_columns(summary_params=pl.lit("known_play_sd_rad=0.026"))
-    drives.write_parquet(folder / "drives.parquet")
+    drives = drives_of(fleet_of(0.05, 12, TWO_LOADS))
+    folder = ledger(tmp_path, [drive | {"summary_params": "known_play_sd_rad=0.026"} for drive in drives])
     with pytest.raises(OncenterError, match="0 of 0 trucks"):
         fleet_priors.write_priors(folder, tmp_path / "priors.toml")

@@ -13,6 +13,7 @@ from oncenter.nearest_name import did_you_mean
 
 _CODE = "vehicle_file"
 SCHEMA = "oncenter/priors-1"
+OUTLIERS = "outliers"  # table of trucks by name
 TRUCKS_MAX = 10_000_000
 _SET_UP = "set_up_probability_1"  # not learned where no side of traffic is given
 # By key: lowest and highest value. Each has its standard error, `..._error_UNIT`.
@@ -26,7 +27,7 @@ KEYS: Mapping[str, tuple[float, float]] = {
 }
 _UNITS = ("deg_m_s2", "m_s2", "deg", "1")
 _SET_UP_MAX = 0.5  # of the parameter: the core prefers an axle that is not set up
-# of pulls: 200 simulated trucks with an sd of 0.02 taught 0.005 to 0.03, with standard errors of 0.002 to 0.008
+# of pulls: 200 trucks with an sd of 0.02 teach 0.01 to 0.03, with a standard error of 0.007 (bench/fleet_pulls.py)
 _PULL_SD_MIN_M_S2 = 0.02
 _SD_MIN_DEG, _SD_MIN_DEG_M_S2 = 0.1, 0.01  # of a play and of a gradient: no drive finds its own beside a smaller one
 
@@ -48,7 +49,7 @@ def error_key(key: str) -> str:
 
 def learned_priors(path: Path, name: str, given: Mapping[str, Any]) -> LearnedPriors:
     """Of the vehicle file `name`, whose own values replace the fleet's: by its type where the fleet has that, else by
-    all trucks.
+    all trucks. The spread of pulls is not that of an outlier.
 
     Raises:
         OncenterError: "vehicle_file", exit code 2, with the file and the key.
@@ -61,7 +62,8 @@ def learned_priors(path: Path, name: str, given: Mapping[str, Any]) -> LearnedPr
     errors = {key: _value(table, error_key(key), KEYS[key], f"{what}: {where}") for key in learned}
     trucks = _value(table, "trucks", (1.0, float(TRUCKS_MAX)), f"{what}: {where}")
     params: dict[str, float] = {}
-    if "pull_m_s2" not in given:
+    outliers = values.get(OUTLIERS)
+    if "pull_m_s2" not in given and not (isinstance(outliers, dict) and name in outliers):
         sd = math.hypot(found["pull_sd_m_s2"], errors["pull_sd_m_s2"])
         params["pull_sd_m_s2"] = max(sd, _PULL_SD_MIN_M_S2)
     if _SET_UP in found and "set_up_for_crown" not in given:

@@ -210,7 +210,7 @@ def _drives_without_answer(ledger: Ledger, retry: bool) -> Iterator[tuple[LogFil
 
     for truck, rows in ledger.by_truck():
         events = ledger.events_of(truck)
-        counted = [row for row in _that_count(rows, events) if row.get("copy_of") is None]
+        counted = [row for row in that_count(rows, events) if row.get("copy_of") is None]
         for group in in_one_drive(counted, events):
             if len(group) == 1 or has_answer(group, AGAIN if not retry else (*AGAIN, *READER_DEATHS)):
                 continue
@@ -291,7 +291,7 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
         held = 0
         for truck, rows in ledger.by_truck():
             events = ledger.events_of(truck)
-            rows = _that_count(rows, events)
+            rows = that_count(rows, events)
             stated += len(events)
             for row in rows:
                 drives.add(row)
@@ -335,7 +335,7 @@ def _write_tables(folder: Path, ledger: Ledger, vehicles: Trucks, limit_deg: flo
     return _Tables(counts, ranked, unread)
 
 
-def _that_count(rows: list[dict[str, Any]], events: Sequence[Event]) -> list[dict[str, Any]]:
+def that_count(rows: list[dict[str, Any]], events: Sequence[Event]) -> list[dict[str, Any]]:
     """A truck's rows without those of another VIN and those that a person removed; copies are marked."""
     from oncenter.fleet.ranking import mark_copies
     from oncenter.fleet.vins import without_other_vins

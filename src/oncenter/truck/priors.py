@@ -25,7 +25,8 @@ class Priors:
             drives of a truck share.
         load_steer_sds_rad, load_steer_weights: of the steering effect of ride height at another load, at the road
             wheels: small or large.
-        wide_pull, wide_pull_probability: of trucks with a pull so many times as wide, as in the core.
+        wide_pull, wide_pull_probability: of trucks with a pull so many times as wide, as in the core; where a fleet has
+            taught a narrower pull than usual, the wide one stays, or drives at several loads never find an outlier.
         bias_wander_sd_m_s2, *_day_sd_*: of what moves between two drives, at each and with the root of the days.
         offset_noise_sd_rad, play_noise_sd_rad: of a drive, beyond its own; offset_common_sd_rad: of all drives of a
             truck, by limits of the model.
@@ -109,8 +110,9 @@ def priors_of(params: Mapping[str, float] | None = None) -> Priors:
     """The priors from the core's params, by default its defaults; configured values of the truck replace priors."""
     used = _core.default_params() | dict(params or {})
     pull_known, bias_known = used["known_pull_sd_m_s2"] > 0.0, used["known_accelerometer_bias_sd_m_s2"] > 0.0
+    pull_sd, usual_sd = used["pull_sd_m_s2"], _core.default_params()["pull_sd_m_s2"]
     priors = Priors(
-        pull_sd_m_s2=used["known_pull_sd_m_s2"] or used["pull_sd_m_s2"],
+        pull_sd_m_s2=used["known_pull_sd_m_s2"] or pull_sd,
         wind_sd_m_s2=used["wind_sd_m_s2"],
         accelerometer_bias_sd_m_s2=used["known_accelerometer_bias_sd_m_s2"] or used["accelerometer_bias_sd_m_s2"],
         crown_m_s2=used["crown_m_s2"],
@@ -119,6 +121,7 @@ def priors_of(params: Mapping[str, float] | None = None) -> Priors:
         standing_slope_sd_m_s2=used["standing_slope_sd_m_s2"],
         pull_m_s2=used["known_pull_m_s2"] if pull_known else 0.0,
         accelerometer_bias_m_s2=used["known_accelerometer_bias_m_s2"] if bias_known else 0.0,
+        wide_pull=Priors.wide_pull * (max(usual_sd / pull_sd, 1.0) if pull_sd > 0.0 else 1.0),
     )
     if pull_known:
         priors = replace(priors, wide_pull_probability=0.0)

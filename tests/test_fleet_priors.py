@@ -63,10 +63,25 @@ def test_the_spread_of_pulls_is_found_without_that_of_their_errors_and_without_o
     assert found.set_up is not None and found.set_up.value < 0.06
 
 
-@pytest.mark.parametrize("scatter_deg", [0.08, 0.2])
-def test_drives_may_scatter_otherwise_than_the_model_expects(scatter_deg: float) -> None:
-    found = population_of(fleet_of(0.05, 200, Driving(scatter_deg=scatter_deg), seed=4), priors_of(), 0.05)
-    assert found.pull_sd.value == pytest.approx(0.05, abs=2.0 * found.pull_sd.error)
+@pytest.mark.parametrize(("scatter_deg", "pull_sd"), [(0.08, 0.05), (0.4, 0.02)])
+def test_a_scatter_of_drives_that_the_model_does_not_expect_neither_hides_pulls_nor_invents_them(
+    scatter_deg: float, pull_sd: float
+) -> None:
+    found = population_of(fleet_of(pull_sd, 200, Driving(scatter_deg=scatter_deg), seed=4), priors_of(), 0.05)
+    assert found.pull_sd.value == pytest.approx(pull_sd, abs=2.0 * found.pull_sd.error)
+
+
+def test_worn_steerings_do_not_widen_the_spread_of_plays() -> None:
+    fleet = fleet_of(0.05, 60)
+    fleet[:3] = [[with_more_play(row, 10.0 * DEGREE) for row in drives] for drives in fleet[:3]]
+    found = population_of(fleet, priors_of(), 0.05)
+    assert found.play_mean.value == pytest.approx(5.0 * DEGREE, abs=2.0 * found.play_mean.error)
+    assert found.play_sd.value == pytest.approx(1.5 * DEGREE, abs=2.0 * found.play_sd.error)
+
+
+def with_more_play(row: Row, more: float) -> Row:
+    ((level, *lower, offset, play, neutral),) = row.modes
+    return replace(row, modes=np.array([[level, *lower, offset + lower[1] * more, play + lower[2] * more, neutral]]))
 
 
 def test_drives_at_several_loads_find_an_outlier_s_pull_where_its_fleet_has_taught_a_narrow_one() -> None:

@@ -107,7 +107,7 @@ class _Evidence(NamedTuple):
 def pulls_of(
     trucks: Sequence[Sequence[Row]], events: Sequence[Sequence[Event]], priors: Priors, probability: float
 ) -> Pulls:
-    """What trucks with drives at several loads teach on their pulls.
+    """The spread of the pulls of trucks with drives at several loads.
 
     Args:
         events: changes of each truck.

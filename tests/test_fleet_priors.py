@@ -151,7 +151,12 @@ def test_logs_with_short_stops_teach_as_one_drive(tmp_path: Path, monkeypatch: p
     fleet = fleet_of(0.05, 12, TWO_LOADS)
     logs = [log for truck, drives in enumerate(fleet) for row in drives for log in in_two_logs(truck, row)]
     taught: list[Sequence[Drives]] = []
-    monkeypatch.setattr(fleet_priors, "population_of", lambda trucks, *_: taught.append(trucks) or FOUND)
+
+    def noted(trucks: Sequence[Drives], *_: Any) -> Population:
+        taught.append(trucks)
+        return FOUND
+
+    monkeypatch.setattr(fleet_priors, "population_of", noted)
     fleet_priors.write_priors(ledger(tmp_path, logs), tmp_path / "priors.toml")
     lengths = [[row.length_s for row in drives] for drives in taught[0]]
     assert lengths == [[row.length_s for row in drives] for drives in fleet]

@@ -135,7 +135,7 @@ def _fleet(
     some = replace(priors, changes_per_day=_NEVER, zero_probabilities=_FIXED)
     loads = [loads_of(drives, priors) for drives in trucks]
     table = np.concatenate([table_of(*one) for one in zip(trucks, [some] * len(trucks), events, loads, strict=True)])
-    of_trucks = np.array([priors_of_filter(some, drives[0]) for drives in trucks], _core.TRUCK_PRIORS)
+    of_trucks = np.array([priors_of_filter(some, drives) for drives in trucks], _core.TRUCK_PRIORS)
     of_trucks["variant_probability"] = 1.0, 0.0, 0.0
     of_trucks["variant_pull"] = _OUTLIER_SD_M_S2**2
     of_trucks["variance"][:, PULL] = _OUTLIER_SD_M_S2**2

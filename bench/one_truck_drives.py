@@ -11,6 +11,7 @@ the place in the play. The populations:
     loads      twelve drives at three loads of a truck with a pull, `logs_three` of bench/truck_drives.py
     eight      eight drives at three loads, `three` there
     multibody  a truck of an independent model, bench/multibody_drives.py, 15 minutes a drive, without a pull
+    ROW        a row of bench/accuracy_rows.py or bench/effects_rows.py, one drive of 20 minutes
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from accuracy_rows import Drive
+from accuracy_rows import Drive, Row, drive
 from drives_that_differ import Truck, changed, truck
 from multibody_drives import multibody_drive
 from truck_drives import KINDS, truck_drives
@@ -131,6 +132,10 @@ class Garage:
                 for k, (load, _, drive) in enumerate(truck_drives(KINDS[name], name, self.seed, Path(temporary))):
                     _keep(place, k, drive, load)
         return [_kept(place, k) for k in range(count)]
+
+    def of_row(self, row: Row) -> Driven:
+        """The drive of a row of bench/accuracy_rows.py with this seed."""
+        return self._one(row.name, 0, lambda place: drive(row, self.seed, place))
 
     def _one(self, population: str, k: int, simulated: Callable[[Path], Drive]) -> Driven:
         place = self.folder / f"{population}_{self.seed}"

@@ -78,9 +78,28 @@ def test_a_status_that_is_neither_true_nor_false_is_unknown(status: str) -> None
 def test_an_intervention_closes_the_gate_and_one_second_more(status: str) -> None:
     core = core_of()
     shut = has(outputs_of(steady(**{status: during(20.0, 22.0)}), core), "intervention")
-    assert np.array_equal(shut, during(20.0, 23.0) > 0.5)
+    begin_s = np.argmax(shut) / RATE_HZ
+    assert 20.2 < begin_s < 20.3 and np.array_equal(shut, during(begin_s, begin_s + 3.0) > 0.5)
     rejected = dict(zip(_core.REASONS, core.answer()["rejected"], strict=True))
     assert rejected["intervention"] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("status", STATUSES)
+@pytest.mark.parametrize("is_true", [0.0, 1.0])
+def test_a_status_with_wrong_messages_is_that_without_them(status: str, is_true: float) -> None:
+    """Two of 100 ms in a row, a second later one, and single ticks."""
+    columns, settled = legs(1, 60.0), np.full(6000, is_true)
+    wrong = settled.copy()
+    for begin, end in ((1000, 1020), (1120, 1130), *((k, k + 1) for k in range(2000, 6000, 50))):
+        wrong[begin:end] = 1.0 - is_true
+    ends = [Ecu().run(columns | {status: values}).evidence() for values in (settled, wrong)]
+    assert _core._values(ends[0]) == _core._values(ends[1])
+
+
+@pytest.mark.parametrize("status", ["stability_control_active", "anti_lock_active"])
+def test_an_intervention_that_does_not_end_is_none(status: str) -> None:
+    shut = has(outputs_of(steady(**{status: during(10.0, 60.0)})), "intervention")
+    assert 30.0 < shut.sum() / RATE_HZ < 31.5 and not shut[-500:].any()
 
 
 def test_the_angle_without_its_sensor_is_less_sure_while_brakes_turn_the_truck() -> None:
@@ -88,7 +107,7 @@ def test_the_angle_without_its_sensor_is_less_sure_while_brakes_turn_the_truck()
     columns[ANGLE][10_000:] = np.nan
     braked = during(120.0, 122.0, len(columns["time_s"]))
     sd = [outputs_of(columns | more)["angle"]["standard_deviation"] for more in ({}, {"anti_lock_active": braked})]
-    assert (sd[1][12_010:12_290] > 9.0 * DEGREE).all() and (sd[0][12_010:12_290] < 9.0 * DEGREE).all()
+    assert (sd[1][12_040:12_290] > 9.0 * DEGREE).all() and (sd[0][12_040:12_290] < 9.0 * DEGREE).all()
     assert np.array_equal(sd[0][:12_000], sd[1][:12_000])
 
 
@@ -141,7 +160,7 @@ def test_a_reversed_sign_is_no_backing_up() -> None:
 
 def test_backing_up_is_a_reason_and_its_speed_is_negative_whether_the_bus_has_its_sign_or_not() -> None:
     columns, backward = in_a_yard()
-    columns |= {"reverse": backward}
+    columns |= {"reverse": np.maximum(np.roll(backward, -60), np.roll(backward, -40))}  # settled within a stop
     signs = np.where(backward > 0.5, -1.0, 1.0)
     signed = {name: values * (signs if "speed" in name else 1.0) for name, values in columns.items()}
     by_size, by_sign = outputs_of(columns), outputs_of(signed)
@@ -162,8 +181,8 @@ def test_the_angle_by_motion_has_its_side_in_reverse_if_the_bus_says_so() -> Non
 
 
 def test_a_status_of_reverse_at_the_speed_of_a_motorway_is_wrong_and_changes_no_bit() -> None:
-    ends = [Ecu().run(steady(**more)).values() for more in ({}, {"reverse": 1.0})]
-    assert ends[0] == ends[1]
+    ends = [Ecu().run(steady(**more)).evidence() for more in ({}, {"reverse": 1.0})]
+    assert _core._values(ends[0]) == _core._values(ends[1])
 
 
 def test_the_place_in_the_play_is_unknown_after_a_steering_assistance() -> None:

@@ -105,11 +105,11 @@ static void correct_past_yaw_rates(const oc_joint_tracking *tracking, oc_evidenc
 }
 
 /* 1: the axle that resists turning is down, -1: it is lifted, 0: unknown. */
-static int32_t axle_of(const oc_signals *signals) {
-    if ((signals->valid & OC_HAS_AXLE_LIFTED) == 0) {
+static int32_t axle_of(const oc_tick *tick) {
+    if ((tick->signals.valid & OC_HAS_AXLE_LIFTED) == 0) {
         return 0;
     }
-    return (oc_signals_true(signals) & OC_HAS_AXLE_LIFTED) != 0 ? -1 : 1;
+    return (tick->statuses & OC_HAS_AXLE_LIFTED) != 0 ? -1 : 1;
 }
 
 static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
@@ -125,7 +125,7 @@ static oc_joint_tick joint_tick_of(const oc_tick *tick, const oc_params *p) {
                 [OC_NOISE_OF_YAW_RATE] = has_accelerometer ? (float)tick->signals.yaw_rate : 0.0f},
         .curvature = tick->motion.curvature,
         .speed = tick->filtered.vehicle_speed,
-        .axle = axle_of(&tick->signals),
+        .axle = axle_of(tick),
         .usable = tick->reasons == 0,
         .suspected = tick->suspected,
     };

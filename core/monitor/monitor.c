@@ -59,7 +59,8 @@ static bool is_angle_discarded(const oc_fault_watch *watch, bool suspected, oc_m
 
 /* What the truck's controllers say, as reasons of the gate. */
 static void take_statuses(oc_tick *tick, oc_tracking *tracking, const oc_coefficients *c) {
-    const uint32_t is_true = oc_signals_true(&tick->signals);
+    const uint32_t is_true = oc_status_watch_update(&tracking->statuses, &tick->signals, (float)c->tick_s);
+    tick->statuses = is_true;
     const bool brakes = (is_true & (OC_HAS_STABILITY_CONTROL_ACTIVE | OC_HAS_ANTI_LOCK_ACTIVE)) != 0;
     const bool backs_up = (is_true & OC_HAS_REVERSE) != 0 && fabs(tick->signals.vehicle_speed) < backward_speed_max;
     const float left_s = oc_max(tracking->braked_s - (float)c->tick_s, 0.0f);

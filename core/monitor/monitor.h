@@ -63,6 +63,7 @@
 #include "smooth.h"
 #include "speed_floor.h"
 #include "standstill.h"
+#include "status_watch.h"
 #include "torque.h"
 #include "trig.h"
 #include "understeer.h"
@@ -109,6 +110,7 @@ typedef struct {
     int32_t running;            /* the filters have a state; not at standstill */
     double last_complete;       /* s, of the last tick with all its signals */
     float braked_s;             /* s, until the truck and the filters swing out after an intervention */
+    oc_status_watch statuses;
     oc_assignment assignment;
     oc_preprocess_state preprocess;
     oc_pending straight;        /* for the offset */

@@ -22,6 +22,7 @@ typedef struct {
     double creep;                /* rad/s, yaw rate if it creeps while its speed reads zero; 0: it rolls */
     bool moves;                  /* filtered values and motion are of this tick */
     bool suspected;              /* the angle sensor may be at fault */
+    uint32_t statuses;           /* bits of the statuses that are true, debounced */
     uint32_t disturbed;          /* oc_reason bits by the statuses: intervention, reverse, steering assist */
     uint32_t at_fault;           /* valid bits of signals that are not what their names say */
     double yaw_rate_bias, yaw_rate_bias_sd; /* rad/s */

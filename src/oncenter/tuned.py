@@ -328,6 +328,7 @@ TUNED = {  # by file and name
     "speed_floor.floor_before": 0.6,
     "speed_floor.evidence_s": 4.0,
     "speed_floor.sparse": 0.5,
+    "status_watch.intervention_max_s": 30.0,
     "monitor.near_straight": 0.08726646259971647,
     "monitor.near_unknown_straight": 0.3490658503988659,
     "monitor.backward_speed_max": 10.0,

@@ -159,6 +159,7 @@ def _answered(signals: oc.Signals, vehicle: Vehicle, target_deg: float) -> Recor
     found = {
         "status": answer.offset.status,
         "codes": [finding.code for finding in answer.findings if finding.code in NAMES_STATEMENT],
+        "accused": any(f.code in NAMES_STATEMENT and f.severity != "info" for f in answer.findings),
         "texts": [finding.line() for finding in answer.findings if finding.severity != "info"],
         "fault": answer.sensor_fault,
         "used_s": answer.used_s,
@@ -205,7 +206,7 @@ def _cells(some: Sequence[Record]) -> Iterator[str]:
     valid = [answer for answer in wrong if answer["status"] == "valid"]
     yield str(sum(answer["status"] == "valid" for answer in right))
     yield str(sum(answer.get("holds", False) for answer in right))
-    yield str(sum(bool(answer["codes"]) for answer in right))
+    yield str(sum(answer.get("accused", False) for answer in right))
     yield str(len(valid))
     yield str(sum(answer.get("holds", False) for answer in wrong))
     yield str(sum(bool(answer["codes"]) for answer in wrong))
@@ -221,7 +222,7 @@ def _compared(now: Sequence[Record], before: Sequence[Record]) -> Iterator[str]:
     both = [(new, old) for new, old in zip(now, before, strict=True) if old["status"] == "valid" and old["holds"]]
     stay = [(new, old) for new, old in both if new["status"] == "valid" and new["holds"]]
     wider = median(new["half_width"] / old["half_width"] for new, old in stay)
-    accused = sum(bool(answer["codes"]) for answer in now)
+    accused = sum(answer.get("accused", False) for answer in now)
     yield f"right statements: {len(stay)} of {len(both)} stay valid and hold (asked: {len(both) * (1 - FEWER_MAX):.0f})"
     yield f"half-widths {wider:.3f} of those before in the median (asked: at most {WIDER_MAX})"
     yield f"accused: {accused} of {len(now)} (asked: at most {ACCUSED_MAX * len(now):.0f})"

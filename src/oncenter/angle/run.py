@@ -22,7 +22,12 @@ from oncenter.angle.side_slip import with_lateral_speed
 from oncenter.errors import WRONG_USAGE, OncenterError
 from oncenter.findings import Finding
 from oncenter.offset.assemble import notes_of
-from oncenter.offset.inputs import check_without, params_of, without_unfit_wheels
+from oncenter.offset.inputs import (
+    check_without,
+    params_of,
+    without_contradicted_statuses,
+    without_unfit_wheels,
+)
 from oncenter.offset.rear_axle import WEIGHT as REAR_WEIGHT
 from oncenter.offset.traffic_side import with_traffic_side
 from oncenter.read.whole_turns import without_whole_turns
@@ -86,7 +91,9 @@ def angle(
     vehicle = vehicle_of(vehicle, "angle")
     vehicle, _, _ = with_traffic_side(vehicle, (signals, *taught_by), before, events)
     _check(signals, vehicle, method, sensor_lost_at)
-    (signals, *taught_by), unfit = without_unfit_wheels((signals, *taught_by), vehicle)
+    (signals, *taught_by), unfit = without_unfit_wheels(
+        without_contradicted_statuses((signals, *taught_by))[0], vehicle
+    )
     if method.startswith("wheel-speed"):
         check_without(unfit, (signals,), _FRONT_WHEELS, vehicle)
     if uses_yaw_rate(signals, taught_by, sensor_lost_at):
@@ -135,9 +142,10 @@ def in_degrees(table: pl.DataFrame) -> pl.DataFrame:
 
 
 def findings_on(signals: Signals, vehicle: Vehicle, taught_by: Sequence[Signals]) -> tuple[Finding, ...]:
-    """The warnings about wheel speeds that are not used, and about a side of traffic that is not."""
-    drives = signals, *taught_by
-    return (*with_traffic_side(vehicle, drives)[1], *without_unfit_wheels(drives, vehicle)[1])
+    """The warnings about wheel speeds and statuses that are not used, and about a side of traffic that is not."""
+    drives, contradicted = without_contradicted_statuses((signals, *taught_by))
+    of_side = with_traffic_side(vehicle, drives)[1]
+    return (*of_side, *contradicted, *without_unfit_wheels(drives, vehicle)[1])
 
 
 def notes_on(

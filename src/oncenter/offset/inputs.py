@@ -12,6 +12,7 @@ from oncenter.estimates.estimates import Method
 from oncenter.findings import Finding
 from oncenter.offset.rear_axle import WEIGHT
 from oncenter.plausibility.axles import without_unfit_axles
+from oncenter.plausibility.statuses import without_contradicted
 from oncenter.signals import SIGNALS, Signals
 from oncenter.truck.events import Event, is_former
 from oncenter.truck.fingerprint import Print, copies, fingerprint_of
@@ -208,6 +209,14 @@ def track_widths(vehicle: Vehicle, method: Method, drives: Sequence[Signals]) ->
         if axle == "front":
             widths["rear"] = 0.0
     return {f"track_width_{axle}_m": width for axle, width in widths.items()}
+
+
+def without_contradicted_statuses(
+    drives: Sequence[Signals],
+) -> tuple[tuple[Signals, ...], tuple[Finding, ...]]:
+    """The drives without the statuses that they contradict, and the warnings about them."""
+    judged = [without_contradicted(drive) for drive in drives]
+    return tuple(drive for drive, _ in judged), tuple(dict.fromkeys(each for _, found in judged for each in found))
 
 
 def without_unfit_wheels(

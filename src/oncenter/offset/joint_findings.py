@@ -16,6 +16,7 @@ from oncenter.estimates.estimate import number
 from oncenter.findings import PLAY_STANDARD_DEG, Finding, Kind, bends_demand, demand, finding
 from oncenter.offset.core_findings import km_h
 from oncenter.offset.rear_axle import by_zero_sd
+from oncenter.offset.stated import set_up_contradicted, side_or_set_up
 from oncenter.offset.unknown_truck import unknown_truck
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
@@ -63,6 +64,8 @@ def joint_findings(
     other_side = _crown(native, params, traffic_sign)
     yield _unloading(native, params, steering_ratio, 0.0 if other_side else traffic_sign)
     yield other_side
+    yield side_or_set_up(native, params, vehicle) if other_side is None else None
+    yield set_up_contradicted(native, params, vehicle)
     yield _may_be_set_up(native, params, traffic_sign)
     yield _accelerometer_moves(native, params)
     yield _seems_steered(native)

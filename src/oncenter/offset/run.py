@@ -38,12 +38,14 @@ from oncenter.offset.inputs import (
     needed,
     params_of,
     with_torque,
+    without_contradicted_statuses,
     without_copies,
     without_unfit_wheels,
 )
 from oncenter.offset.rear_axle import rear_axle_findings, with_fitting_bends, with_offsets_of_both_axles, with_rear_axle
 from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.signals_at_fault import without_faulty_estimates
+from oncenter.offset.stated import without_contradicted
 from oncenter.offset.traffic_side import with_traffic_side
 from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout, with_fitted_product
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
@@ -116,6 +118,7 @@ def offset(
     check_dates(logs, events)
     recorded, of_copies = without_copies(logs)
     vehicle, of_side, side_notes = with_traffic_side(vehicle, recorded, before, events)
+    recorded, contradicted = without_contradicted_statuses(recorded)
     given = {**vehicle.params, **core_params(params or {})}
     used_params = with_torque(params_of(vehicle, params), given, method, recorded)
     used_params = with_rear_axle(used_params, method, recorded)
@@ -132,6 +135,7 @@ def offset(
             *answer.findings,
             *rear_axle_findings(answer, recorded),
             *of_side,
+            *contradicted,
             *unfit,
             *_recording(recorded, names, vehicle),
         ),
@@ -147,23 +151,39 @@ def _of_all(
     past: Past,
     progress: Callable[[float], None] | None,
 ) -> Answer:
-    """The answer with the wheelbase that fits where the file's is wrong."""
+    """The answer without what the vehicle file states and the drives contradict."""
     result = _result(logs, vehicle, params, method, past, progress)
     if method != "joint":
         return _whole(result, vehicle, method, params)
+    params, contradicted = without_contradicted(
+        _longest(result).native,
+        params,
+        vehicle,
+        lambda other: _longest(_result(logs, vehicle, other, method, NO_PAST, None)).native,
+    )
+    if contradicted:
+        result = _result(logs, vehicle, params, method, past, None)
+    answer = _by_fitting_vehicle(result, logs, vehicle, params, past)
+    return replace(answer, findings=(*contradicted, *answer.findings))
+
+
+def _by_fitting_vehicle(
+    result: _Result, logs: tuple[Signals, ...], vehicle: Vehicle, params: Mapping[str, float], past: Past
+) -> Answer:
+    """The answer with the wheelbase that fits where the file's is wrong."""
     if vehicle.assumed:
         return _of_unknown(result, logs, vehicle, params, past)
     fitted = fitted_vehicle(
-        result.native, logs, vehicle, params, lambda other: _result(logs, other, params, method, NO_PAST, None).native
+        result.native, logs, vehicle, params, lambda other: _result(logs, other, params, "joint", NO_PAST, None).native
     )
     if fitted is None:
-        return _whole(result, vehicle, method, params)
+        return _whole(result, vehicle, "joint", params)
     factor = size_of_angle(fitted, vehicle)
     if factor is not None:
-        answer = _whole(result, vehicle, method, params)
+        answer = _whole(result, vehicle, "joint", params)
         fault = SignalFault("scale", ("steering_wheel_angle", "yaw_rate"), factor, answer.sources, vehicle)
         return without_estimates(answer, fault)
-    answer = _whole(_result(logs, fitted, params, method, past, None), fitted, method, params)
+    answer = _whole(_result(logs, fitted, params, "joint", past, None), fitted, "joint", params)
     return replace(answer, findings=(far_off(fitted, vehicle), *answer.findings))
 
 
@@ -272,11 +292,15 @@ def _result(
     return _Result(together.native, changes_of_all(together), coarseness_of(since), since, fit, together, left_out)
 
 
+def _longest(result: _Result) -> _Run:
+    return max(result.runs, key=lambda run: run.native["used"])
+
+
 def _offset_by(result: _Result, vehicle: Vehicle, params: Mapping[str, float]) -> OffsetBy | None:
     """The offset of this result by other priors: the same evidence, its equations solved anew."""
     if result.together is not None and result.together.truck is not None:
         return result.together.by(params, result.layout_sd)
-    one = result.runs[0] if result.together is None else max(result.runs, key=lambda run: run.native["used"])
+    one = _longest(result)
     other = core_of(vehicle, one.logs[0].rate_hz, params=params)
     native = widened(one.course.core.answer_by(other), one.coarse, "joint", params)
     return offset_by(_wider(native, result.layout_sd))

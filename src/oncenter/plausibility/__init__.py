@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from oncenter.findings import Finding, most_severe_first
-from oncenter.plausibility import axles, lag, presence, ratio, signal_fault, signs_and_units, zeros
+from oncenter.plausibility import axles, lag, presence, ratio, signal_fault, signs_and_units, statuses, zeros
 from oncenter.plausibility.check_result import CannotTell, CheckResult
 from oncenter.plausibility.grid_signals import USEFUL, GridSignals
 from oncenter.plausibility.recording import recording_findings
@@ -39,13 +39,15 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         signals: of one drive; a check that needs a missing one is not judged.
         vehicle: with it, ratio times wheelbase is judged; without, the drive's value is reported.
     """
-    usable, unfit_axles = axles.without_unfit_axles(signals, vehicle)
+    with_fit_statuses, contradicted = statuses.without_contradicted(signals)
+    usable, unfit_axles = axles.without_unfit_axles(with_fit_statuses, vehicle)
     drive = GridSignals(usable, vehicle)
     sign, units = signs_and_units.sign(drive), signs_and_units.units(drive)
     comparable = not (isinstance(sign, Finding) or isinstance(units, Finding))  # else r/v and r*v mean nothing
     verdicts: list[CheckResult] = [
         *values_left_out(signals, USEFUL),
         *recording_findings(signals, USEFUL),
+        *contradicted,
         reversing(drive.seems_to_reverse, drive.step_s, drive.has("reverse")),
         *presence.missing(drive),
         *presence.availability(drive),
@@ -66,7 +68,7 @@ def check(signals: Signals, vehicle: Vehicle | None = None) -> Plausibility:
         zeros.whole_turns(drive, comparable),
     ]
     if not any(isinstance(verdict, Finding) and verdict.severity == "error" for verdict in verdicts):
-        verdicts.append(signal_fault.found_in(signals, vehicle))
+        verdicts.append(signal_fault.found_in(with_fit_statuses, vehicle))
     return Plausibility(
         most_severe_first(verdict for verdict in verdicts if isinstance(verdict, Finding)),
         tuple(verdict for verdict in verdicts if isinstance(verdict, CannotTell)),

@@ -12,8 +12,8 @@ Column = npt.NDArray[np.float64]
 Steps = npt.NDArray[np.bool_]
 
 _SPEED_MAX_M_S = TUNED["assignment.reverse_speed_max"]
-_TURN_MIN_RAD_S = TUNED["assignment.reverse_yaw_rate_min"]
-_USUAL_PRODUCT_M = 70.0  # ratio times wheelbase, between cars and heavy trucks: only the size of a turn depends on it
+TURN_MIN_RAD_S = TUNED["assignment.reverse_yaw_rate_min"]
+USUAL_PRODUCT_M = 70.0  # ratio times wheelbase, between cars and heavy trucks: only the size of a turn depends on it
 _MOVES_M_S = 0.3
 _AGAINST_MIN_S = 2.0  # s: turns against the angle between two stops
 _AGAINST_SHARE = 0.8  # of all turns between them
@@ -27,8 +27,8 @@ def seems_to_reverse(
     none = np.zeros(len(speed), bool)
     if not np.isfinite(angle).any():
         return none
-    by_angle = (angle - np.nanmedian(angle)) * speed / (ratio_times_wheelbase_m or _USUAL_PRODUCT_M)
-    turns = np.minimum(np.abs(by_angle), np.abs(yaw_rate)) > _TURN_MIN_RAD_S
+    by_angle = (angle - np.nanmedian(angle)) * speed / (ratio_times_wheelbase_m or USUAL_PRODUCT_M)
+    turns = np.minimum(np.abs(by_angle), np.abs(yaw_rate)) > TURN_MIN_RAD_S
     against = turns & (by_angle * yaw_rate < 0.0)
     moves = speed > _MOVES_M_S
     ends = np.flatnonzero(np.diff(np.concatenate(([False], moves, [False])).astype(np.int8)))

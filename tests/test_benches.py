@@ -30,6 +30,7 @@ SMALL = {
     "unknown_truck": "--smoke --jobs 1",
     "torque": "--drives 1 --rows ordinary --seconds 120",
     "trucks": "FOLDER --smoke --jobs 1",
+    "wrong_statements": "FOLDER --smoke",
     "drives_that_differ": "--smoke --jobs 1",
     "two_parts": "--tuning --drives 1 --rows ordinary,population --jobs 1",
     "speed": "--ticks 20000 --frames 20000 --rounds 1",

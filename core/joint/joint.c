@@ -86,7 +86,9 @@ static void reset_places(oc_joint *joint, double angle) {
 void oc_joint_restart(oc_joint *joint, oc_joint_tracking *tracking) {
     joint->lost = 1;
     joint->solves_all = joint->solves_all || (tracking->due > 0 && tracking->solves_all);
-    memset(tracking, 0, sizeof *tracking); /* not a struct of zeros, which takes 2 KiB of stack at -O0 */
+    const oc_prior prior = tracking->prior; /* of the evidence, which stays */
+    memset(tracking, 0, sizeof *tracking);  /* not a struct of zeros, which takes 2 KiB of stack at -O0 */
+    tracking->prior = prior;
 }
 
 void oc_joint_ignition(oc_joint *joint, oc_joint_tracking *tracking, float off_s) {

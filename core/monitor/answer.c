@@ -96,6 +96,7 @@ oc_error oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answe
                                 : now->joint.speed_mean > 0.0 ? c->ratio_times_wheelbase / now->joint.speed_mean
                                                              : 0.0;
     answer->bank_mean = now->bank_ticks > 0.0 ? now->bank_sum / now->bank_ticks : 0.0;
+    answer->traffic_side = (double)oc_traffic_side(now, c);
     answer->bank_time = now->bank_ticks * c->tick_s;
     answer->bank_low = now->bank_watch.low;
     answer->bank_high = now->bank_watch.high;

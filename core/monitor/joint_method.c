@@ -8,6 +8,9 @@ static const float zero_walk_sd = 0.3f; /* m/s^2: sd of a drifting zero since th
 static const float crown_share_sd = 0.35f; /* sd of standing_crown_share_1, which is between yards and roads */
 static const float removed_sd = 0.06f; /* m/s^2: sd of the removed crown about removed_share of the crown */
 static const float uneven = 0.2f; /* (m/s^2)^2: variance of the removed crown, times the samples */
+/* standard deviations of the crown that superelevated bends remove, beyond which roads fall to the other side of
+ * traffic */
+static const float other_side_sds = 1.0f;
 /* samples after which the mean bank errs as much as the mean crown of the roads */
 static const float bank_samples = 300.0f;
 /* end */
@@ -34,7 +37,8 @@ static void update_bank(bank_estimate *b, float reading, float share, float vari
     b->crown_variance -= of_crown / total * of_crown;
 }
 
-/* The crown that superelevated bends remove. Bends banked by less than a crown may be crowned, too. */
+/* The crown that superelevated bends remove, for a crown of this size. Bends banked by less than it may be crowned,
+ * too. */
 static void add_removed_crown(oc_prior *prior, const oc_joint *joint, float crown) {
     const float left = joint->removed[0], right = joint->removed[1];
     const float samples = oc_min(joint->removed_samples[0], joint->removed_samples[1]);
@@ -44,13 +48,21 @@ static void add_removed_crown(oc_prior *prior, const oc_joint *joint, float crow
     }
 }
 
+float oc_traffic_side(const oc_evidence *evidence, const oc_coefficients *c) {
+    const float side = (float)c->vehicle.traffic_side;
+    oc_prior bends = {0};
+    add_removed_crown(&bends, &evidence->joint, (float)c->params.crown_m_s2);
+    const float sds = bends.removed * sqrtf(bends.removed_information);
+    return sds * side < -other_side_sds && c->joint.bank_unmeasured <= 0.0f ? 0.0f : side;
+}
+
 /* The prior of a_0 (docs/method.md, "Regression"): the accelerometer bias by its own prior, by the roads' mean bank and
  * by standstills. Without an accelerometer the unmeasured crown. */
 static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) {
     const oc_params *p = &c->params;
     const oc_known_truck *known = &c->joint.hypothesis.known;
     const float yaw_rate_bias_sd = oc_past_bias_sd(&evidence->gyro_bias.past, (float)evidence->gyro_bias.sd);
-    const float side = (float)c->vehicle.traffic_side, crown_size = (float)p->crown_m_s2;
+    const float side = oc_traffic_side(evidence, c), crown_size = (float)p->crown_m_s2;
     const float crown = side * crown_size;
     const float unknown_side = side == 0.0f ? crown_size : 0.0f;
     const float turning = (float)evidence->joint.speed_mean * yaw_rate_bias_sd;

@@ -18,9 +18,9 @@ static const float set_up_likely = 0.47f;
 /* end */
 
 /* Whether an axle is likely set up for the crown, to a side that is unknown: the offset is then one of three. */
-static bool may_be_set_up(const oc_joint_answer *found, const oc_coefficients *c) {
+static bool may_be_set_up(const oc_joint_answer *found, const oc_evidence *evidence, const oc_coefficients *c) {
     const float effect = found->parts.per_acceleration * (float)c->params.crown_m_s2;
-    return c->vehicle.traffic_side == 0 && found->parts.set_up_sd > set_up_likely * effect && effect > 0.0f;
+    return oc_traffic_side(evidence, c) == 0.0f && found->parts.set_up_sd > set_up_likely * effect && effect > 0.0f;
 }
 
 /* rad, sd that decides the offset's status: the drive's part, or more where the offset is still moving. */
@@ -75,7 +75,7 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     const bool fits = fabsf(found.of[OC_OF_WHEELBASE].value) < off_max;
     const bool enough = understeers && fits && found.used >= (float)p->joint_evidence_min_s &&
                         !oc_bank_watch_drifts(&evidence->bank_watch) && !oc_joint_is_implausible(&evidence->joint) &&
-                        !may_be_set_up(&found, c);
+                        !may_be_set_up(&found, evidence, c);
     const float moved = enough ? found.of[OC_OF_OFFSET].value - verdicts->recent_offset : 0.0f;
     verdicts->recent_offset = found.of[OC_OF_OFFSET].value - (1.0f - recent_share) * moved;
     const double narrow = p->offset_half_width_max_rad, steep = p->understeer_half_width_max_rad_m_s2;

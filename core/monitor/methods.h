@@ -26,6 +26,9 @@ void oc_correct_wheel_speeds(oc_tick *tick, oc_evidence *evidence, const oc_coef
 /* Collects a second, and begins the round in which the hypotheses process it; at standstill they only make
  * corrections. */
 void oc_estimate_jointly(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c);
+/* The vehicle's side of traffic, as in oc_vehicle; 0 also where superelevated bends show that the roads fall to the
+ * other one. */
+float oc_traffic_side(const oc_evidence *evidence, const oc_coefficients *c);
 /* Solves all hypotheses' equations by the priors of `c`. */
 void oc_solve_jointly(oc_tracking *tracking, oc_evidence *evidence, const oc_coefficients *c);
 /* The weighted mean over the hypotheses, and its statuses. */

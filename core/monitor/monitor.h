@@ -231,6 +231,7 @@ typedef struct {
     double steered_s, steered_since_s, steered_by; /* s, s of used driving, rad: something seems to steer; 0: nothing */
     double offset_per_yaw_rate_bias; /* s: rad of offset per rad/s, mean of i*L/v, (48); joint method: i*L/mean(v) */
     double bank_mean;                      /* m/s^2, above the minimum speed */
+    double traffic_side;                   /* the vehicle's; 0 also where the banked bends show that it is wrong */
     double bank_time;                      /* s in it */
     double bank_low, bank_high;            /* m/s^2, minimum and maximum of its minutes; 0: less than one minute */
     int32_t accelerometer_wanders;         /* the joint method models its zero as a random walk */

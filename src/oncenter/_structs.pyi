@@ -67,6 +67,7 @@ class OcAnswer(TypedDict):
     steered_by: float
     offset_per_yaw_rate_bias: float
     bank_mean: float
+    traffic_side: float
     bank_time: float
     bank_low: float
     bank_high: float

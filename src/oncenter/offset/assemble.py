@@ -243,7 +243,7 @@ def _not_identifiable(
     """Empty for the other methods, whose interval does not separate them, and for an unobservable offset."""
     if method != "joint" or _core.status_of(native["offset"]) == "unobservable":
         return ()
-    return tuple(causes_of(native["offset_parts"], params, vehicle.traffic_sign, vehicle.learned))
+    return tuple(causes_of(native["offset_parts"], params, native["traffic_side"], vehicle.learned))
 
 
 def _not_negative(estimate: Estimate) -> Estimate:

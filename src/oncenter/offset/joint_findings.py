@@ -61,12 +61,12 @@ def joint_findings(
     yield from map(_change, changes)
     yield _moves(native, changes)
     yield _play(native)
-    other_side = _crown(native, params, traffic_sign)
+    other_side = _bends_fall(native, traffic_sign) or _crown(native, params, traffic_sign)
     yield _unloading(native, params, steering_ratio, 0.0 if other_side else traffic_sign)
     yield other_side
     yield side_or_set_up(native, params, vehicle) if other_side is None else None
     yield set_up_contradicted(native, params, vehicle)
-    yield _may_be_set_up(native, params, traffic_sign)
+    yield _may_be_set_up(native, params)
     yield _accelerometer_moves(native, params)
     yield _seems_steered(native)
     yield unknown_truck(native, vehicle)
@@ -74,7 +74,7 @@ def joint_findings(
     yield _evidence(native, params)
     yield _missing_loading(native, params)
     yield _no_understeer(native, params)
-    yield _interval(native, params, steering_ratio, traffic_sign)
+    yield _interval(native, params, steering_ratio)
 
 
 def next_driving(native: _core.OcAnswer, params: Mapping[str, float], vehicle: Vehicle) -> tuple[str, ...]:
@@ -85,7 +85,7 @@ def next_driving(native: _core.OcAnswer, params: Mapping[str, float], vehicle: V
     params = _with_configured_sds(params)
     drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
     parts = _parts_of(native, params, vehicle.ratio_near_centre)
-    return tuple(words for _, words in sorted(_gains(native, params, drive, parts, vehicle.traffic_sign)))
+    return tuple(words for _, words in sorted(_gains(native, params, drive, parts)))
 
 
 def _with_configured_sds(params: Mapping[str, float]) -> Mapping[str, float]:
@@ -236,14 +236,12 @@ def _lower(by_deg: float) -> str:
 
 
 @finding("axle_may_be_set_up", "warning", "deg")
-def _may_be_set_up(
-    found: Kind, native: _core.OcAnswer, params: Mapping[str, float], traffic_sign: float
-) -> Finding | None:
-    """Roads that are level where the steering is free of lateral force, and no side of traffic: as may_be_set_up of
+def _may_be_set_up(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) -> Finding | None:
+    """Roads that are level where the steering is free of lateral force, and no side of traffic in use: as may_be_set_up of
     core/monitor/joint_verdict.c, which withholds the status."""
     parts = native["offset_parts"]
     effect = parts["per_acceleration"] * params["crown_m_s2"]
-    if traffic_sign != 0.0 or effect <= 0.0 or parts["set_up_sd"] <= _SET_UP_LIKELY * effect:
+    if native["traffic_side"] != 0.0 or effect <= 0.0 or parts["set_up_sd"] <= _SET_UP_LIKELY * effect:
         return None
     return found(
         "the steering is free of lateral force on the mean slope of these roads. Either they are level, or the "
@@ -254,21 +252,41 @@ def _may_be_set_up(
     )
 
 
+@finding("roads_fall_to_other_side", "warning")
+def _bends_fall(found: Kind, native: _core.OcAnswer, traffic_sign: float) -> Finding | None:
+    """Superelevated bends remove a crown to the other side than that of the vehicle file's traffic side. The core then
+    does not use it."""
+    if native["traffic_side"] == traffic_sign:
+        return None
+    observed, expected = _sides(traffic_sign)
+    return found(
+        f"the banked bends of this drive show that its straight roads slope down to the {observed}; where traffic keeps "
+        f"{expected}, most slope down to the {expected}. The offset does not use 'traffic_side' of the vehicle file. "
+        "Check it"
+    )
+
+
+def _sides(traffic_sign: float) -> tuple[str, str]:
+    """Observed and expected one of roads that fall to the other side."""
+    return ("left", "right") if traffic_sign > 0.0 else ("right", "left")
+
+
 @finding("roads_fall_to_other_side", "warning", "%")
 def _crown(found: Kind, native: _core.OcAnswer, params: Mapping[str, float], traffic_sign: float) -> Finding | None:
     """Roads that slope down to the other side than those of the vehicle file's traffic side. The slope is the mean bank
-    less the neutral lateral acceleration, so that the accelerometer's zero cancels."""
+    less the neutral lateral acceleration without a given pull, so that the accelerometer's zero cancels."""
     neutral = native["unloading_acceleration"]
     uses_crown = params["use_accelerometer"] and traffic_sign * params["crown_m_s2"] != 0.0
     has_bank = _core.status_of(native["yaw_rate_bias"]) == "valid"  # a bias would be in a_y - r*v
     if not uses_crown or not has_bank or _core.status_of(neutral) != "valid":
         return None
-    fell = native["bank_mean"] - neutral["value"]
+    pull = params["known_pull_m_s2"] if params["known_pull_sd_m_s2"] > 0.0 else 0.0
+    fell = native["bank_mean"] - (neutral["value"] - pull)
     doubt = 1.96 * math.hypot(neutral["standard_deviation"], params["pull_sd_m_s2"], params["wind_sd_m_s2"])
     if -traffic_sign * fell < doubt:
         return None
     percent = 100.0 / STANDARD_GRAVITY
-    observed, expected = ("left", "right") if traffic_sign > 0.0 else ("right", "left")
+    observed, expected = _sides(traffic_sign)
     return found(
         f"the roads of this drive slope down to the {observed} by {abs(fell) * percent:.1f} ±{doubt * percent:.1f} %; "
         f"where traffic keeps {expected}, most slope down to the {expected}. The offset uses this side and is less "
@@ -396,7 +414,7 @@ def _no_understeer(found: Kind, native: _core.OcAnswer, params: Mapping[str, flo
 
 @finding("interval", "info", "deg")
 def _interval(
-    found: Kind, native: _core.OcAnswer, params: Mapping[str, float], steering_ratio: float, traffic_sign: float
+    found: Kind, native: _core.OcAnswer, params: Mapping[str, float], steering_ratio: float
 ) -> Finding | None:
     """Both parts of the offset's uncertainty with their contributions, the largest first, and ways to reduce it."""
     if _core.status_of(native["offset"]) == "unobservable":
@@ -404,10 +422,10 @@ def _interval(
     whole = 1.96 * native["offset"]["standard_deviation"] / DEGREE
     drive = 1.96 * native["offset_parts"]["drive_sd"] / DEGREE
     parts = _parts_of(native, params, steering_ratio)
-    gains = list(_gains(native, params, drive, parts, traffic_sign))
+    gains = list(_gains(native, params, drive, parts))
     text = f"uncertainty ±{_deg(whole)} deg: ±{_deg(drive)} deg from this drive"
     text += f" ({_contributions(native, params, drive, parts)})"
-    causes = causes_of(native["offset_parts"], params, traffic_sign)
+    causes = causes_of(native["offset_parts"], params, native["traffic_side"])
     beside = [(1.96 * cause.sd_rad / DEGREE, _CAUSES[cause.cause]) for cause in causes]
     beside = [(part, words) for part, words in beside if part > _PART_REPORTED_FROM * max(drive, whole - drive)]
     if beside:
@@ -511,7 +529,6 @@ def _gains(
     params: Mapping[str, float],
     drive: float,
     parts: _Parts,
-    traffic_sign: float,
 ) -> Iterator[tuple[float, str]]:
     """Ways to reduce the drive's part by a tenth or more, each with the half-width in deg that remains. Standing still
     takes a second: it is listed in any case where the gyro bias was not measured."""
@@ -522,7 +539,7 @@ def _gains(
     more_s = native["used"] + _MORE_DRIVING_S
     never_stood = _core.status_of(native["yaw_rate_bias"]) == "unobservable"
     ways = (
-        (left(_by_standing(native, params, parts, traffic_sign)), "stand still for 1 s", never_stood),
+        (left(_by_standing(native, params, parts)), "stand still for 1 s", never_stood),
         (left(parts.play**2), f"{_more_loading(native)}, or give the play in the vehicle file", False),
         (
             left(parts.scatter**2 * _MORE_DRIVING_S / more_s),
@@ -536,7 +553,7 @@ def _gains(
             yield would_be, words
 
 
-def _by_standing(native: _core.OcAnswer, params: Mapping[str, float], parts: _Parts, traffic_sign: float) -> float:
+def _by_standing(native: _core.OcAnswer, params: Mapping[str, float], parts: _Parts) -> float:
     """Square of the half-width in deg that a second of standing removes: the gyro bias, except for its scatter at
     standstill, together with the accelerometer zero where the two were not separated. Otherwise also the accelerometer
     zero, except for the slope of the ground, where the truck has not stood still so far."""
@@ -552,6 +569,6 @@ def _by_standing(native: _core.OcAnswer, params: Mapping[str, float], parts: _Pa
     has_stood = _core.status_of(native["standstill_lateral_acceleration"]) == "valid"
     if not params["use_accelerometer"] or has_stood or zero_sd <= 0.0:
         return gained
-    crown_sd = math.hypot(params["crown_sd_m_s2"], params["crown_m_s2"] if traffic_sign == 0.0 else 0.0)
+    crown_sd = math.hypot(params["crown_sd_m_s2"], params["crown_m_s2"] if native["traffic_side"] == 0.0 else 0.0)
     ground_sd = math.hypot(params["standing_slope_sd_m_s2"], params["standing_crown_share_1"] * crown_sd)
     return gained + parts.zero**2 * zero_sd**2 / (zero_sd**2 + ground_sd**2)

@@ -45,7 +45,7 @@ from oncenter.offset.inputs import (
 from oncenter.offset.rear_axle import rear_axle_findings, with_fitting_bends, with_offsets_of_both_axles, with_rear_axle
 from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.signals_at_fault import without_faulty_estimates
-from oncenter.offset.stated import without_contradicted
+from oncenter.offset.stated import without_contradicted, without_inverted_assistance
 from oncenter.offset.traffic_side import with_traffic_side
 from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout, with_fitted_product
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
@@ -155,16 +155,23 @@ def _of_all(
     result = _result(logs, vehicle, params, method, past, progress)
     if method != "joint":
         return _whole(result, vehicle, method, params)
-    params, contradicted = without_contradicted(
-        _longest(result).native,
-        params,
-        vehicle,
-        lambda other: _longest(_result(logs, vehicle, other, method, NO_PAST, None)).native,
+
+    def native_of(some: tuple[Signals, ...], other: Mapping[str, float]) -> _core.OcAnswer:
+        return _longest(_result(some, vehicle, other, method, NO_PAST, None)).native
+
+    by_status, inverted = without_inverted_assistance(
+        _longest(result).native, logs, lambda some: native_of(some, params)
+    )
+    if inverted is not None:
+        logs, result = by_status, _result(by_status, vehicle, params, method, past, None)
+    in_force, contradicted = without_contradicted(
+        _longest(result).native, params, vehicle, lambda other: native_of(logs, other)
     )
     if contradicted:
-        result = _result(logs, vehicle, params, method, past, None)
+        params, result = in_force, _result(logs, vehicle, in_force, method, past, None)
     answer = _by_fitting_vehicle(result, logs, vehicle, params, past)
-    return replace(answer, findings=(*contradicted, *answer.findings))
+    findings = (*(() if inverted is None else (inverted,)), *contradicted, *answer.findings)
+    return replace(answer, findings=findings)
 
 
 def _by_fitting_vehicle(

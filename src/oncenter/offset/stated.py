@@ -11,16 +11,71 @@ import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
+import numpy as np
+
 from oncenter import _core
 from oncenter.findings import Finding, Kind, finding
-from oncenter.signals import DEGREE, STANDARD_GRAVITY
+from oncenter.plausibility.check_result import SIGNALS_TABLE
+from oncenter.plausibility.statuses import without
+from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, Signals
 from oncenter.vehicle import Vehicle
 
 _WRONG = 0.05  # probability that a statement is wrong, as of an axle that is set up
 _POSSIBLE = 0.025  # probability from which the other is said: one tail of a 95 % interval
 _PLAY_SDS = 3.0  # between stated and estimated play
+_ASSISTANCE = "steering_assist_active"
+_ASSISTED_MIN_S = 60.0  # s of either value: fewer show no play
+# Between the play of both parts of a drive. On 60 tuning drives of resting_hand in bench/wrong_statements.py, the
+# driver's part has 0.3 to 7.3 standard deviations more play than the motor's, 2 or more on 56 of them.
+_ASSISTED_SDS = 2.0
 _PERCENT = 100.0 / STANDARD_GRAVITY
 _WITHOUT = "The offset is estimated without this statement"
+
+
+def without_inverted_assistance(
+    native: _core.OcAnswer, logs: tuple[Signals, ...], run: Callable[[tuple[Signals, ...]], _core.OcAnswer]
+) -> tuple[tuple[Signals, ...], Finding | None]:
+    """The logs without a status of a steering assistance whose sense seems inverted, and the finding about it.
+
+    Args:
+        native: the core's oc_answer of the joint method on the logs.
+        run: the same on other logs.
+    """
+    if not all(map(_may_be_inverted, logs)):
+        return logs, None
+    found = _assistance_inverted(native["backlash"], run(tuple(map(_inverted, logs)))["backlash"])
+    return (logs, None) if found is None else (tuple(without(log, (_ASSISTANCE,)) for log in logs), found)
+
+
+def _may_be_inverted(log: Signals) -> bool:
+    values = log.columns.get(SIGNALS[_ASSISTANCE].column)
+    if values is None:
+        return False
+    counts = np.count_nonzero(values > 0.5), np.count_nonzero(values < 0.5)
+    return min(counts) > _ASSISTED_MIN_S * log.rate_hz
+
+
+def _inverted(log: Signals) -> Signals:
+    column = SIGNALS[_ASSISTANCE].column
+    return log.replaced({**log.columns, column: 1.0 - log.columns[column]}, log.sources)
+
+
+@finding("status_contradicted", "warning", "deg")
+def _assistance_inverted(found: Kind, used: _core.OcEstimate, unused: _core.OcEstimate) -> Finding | None:
+    """The time in which a motor is said to steer shows more free play than the rest: a hand that rests on the wheel
+    while a motor steers shows less."""
+    if "unobservable" in (_core.status_of(used), _core.status_of(unused)):
+        return None
+    more = (unused["value"] - used["value"]) / DEGREE
+    sd = math.hypot(unused["standard_deviation"], used["standard_deviation"]) / DEGREE
+    if more < _ASSISTED_SDS * sd:
+        return None
+    return found(
+        f"the time in which the status '{_ASSISTANCE}' is true shows {more:.1f} ±{1.96 * sd:.1f} deg more free play than "
+        "the rest. A hand that rests on the wheel while a motor steers shows less, so its sense seems inverted. The "
+        f"offset does not use this status. Check its 'true_when' in {SIGNALS_TABLE}, and its sender",
+        more,
+    )
 
 
 class Fall(NamedTuple):

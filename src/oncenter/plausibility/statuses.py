@@ -29,12 +29,17 @@ _FAST_M_S = TUNED["monitor.backward_speed_max"]
 def without_contradicted(signals: Signals) -> tuple[Signals, tuple[Finding, ...]]:
     """The drive without the statuses that it contradicts, and the warnings about them."""
     found = {name: said for name in STATUSES if (said := _contradiction(signals, name)) is not None}
-    if not found:
-        return signals, ()
-    gone = {SIGNALS[name].column for name in found}
-    kept = {name: source for name, source in signals.sources.items() if name not in found}
+    return without(signals, tuple(found)), tuple(found.values())
+
+
+def without(signals: Signals, names: tuple[str, ...]) -> Signals:
+    """The drive without these signals."""
+    if not names:
+        return signals
+    gone = {SIGNALS[name].column for name in names}
+    kept = {name: source for name, source in signals.sources.items() if name not in names}
     rest = {name: column for name, column in signals.columns.items() if name not in gone}
-    return signals.replaced(rest, kept), tuple(found.values())
+    return signals.replaced(rest, kept)
 
 
 def _contradiction(signals: Signals, name: str) -> Finding | None:
@@ -48,7 +53,11 @@ def _contradiction(signals: Signals, name: str) -> Finding | None:
         return None if share < _INTERVENING_MAX else _status(name, 100.0 * share, "in motion", "Interventions are rare")
     if name == "steering_assist_active":
         share = _share(is_true, size < _STANDS_M_S, _STANDING_MIN_S / step_s)
-        return None if share < _NEARLY_ALL else _status(name, 100.0 * share, "at standstill", "No motor steers a truck that stands")
+        return (
+            None
+            if share < _NEARLY_ALL
+            else _status(name, 100.0 * share, "at standstill", "No motor steers a truck that stands")
+        )
     if name == "reverse":
         share = _share(is_true, size > _MOVES_M_S, MIN_TIME_S / step_s)
         forward = share > _MOST and not _turns_against(signals, is_true, available)

@@ -25,7 +25,7 @@ class Row:
     `modes` are its evidence of offset, play and neutral lateral acceleration. `gradient` is of this drive's load.
     `bank` is the mean of lateral acceleration less r*v while driving, `bank_variance` of a short drive's mean;
     `standing` is the mean lateral acceleration at standstill. `measured`: an accelerometer measures the bank.
-    `side` is 1 where traffic keeps right, -1 left, 0 not configured. `start_s` since 1970; NaN where unknown. `moved`
+    `side` is 1 where traffic keeps right, -1 left, 0 not configured, or contradicted by the drive. `start_s` since 1970; NaN where unknown. `moved`
     is the change of the offset that the core found within the drive, after which the evidence holds; 0: none.
     `length_s` is from begin to end. `image` is the core after the drive, which a further log may continue; empty: none.
     """
@@ -105,7 +105,7 @@ def row_of(
         standing=standing["value"] if measured and _core.status_of(standing) == "valid" else math.nan,
         measured=measured,
         ratio=vehicle.ratio_near_centre,
-        side=vehicle.traffic_sign,
+        side=native["traffic_side"],
         start_s=start_s,
         length_s=length_s,
         used_s=native["used"],

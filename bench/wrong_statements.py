@@ -183,12 +183,12 @@ def _answered(signals: oc.Signals, vehicle: Vehicle, target_deg: float, true: tu
     if answer.offset.value is None or answer.offset.ci95 is None:
         return found
     low, high = (end / DEGREE for end in answer.offset.ci95)
-    error = answer.offset.value / DEGREE - target_deg
+    off = answer.offset.value / DEGREE - target_deg
     return found | {
-        "error": error,
+        "error": off,
         "half_width": 0.5 * (high - low),
         "holds": low <= target_deg <= high,
-        "harm": found["status"] == "valid" and abs(error) > HARMFUL_DEG and not low <= target_deg <= high,
+        "harm": found["status"] == "valid" and abs(off) > HARMFUL_DEG and not low <= target_deg <= high,
     }
 
 

@@ -85,11 +85,21 @@ def core_says(**others: Any) -> dict[str, Any]:
 
 
 def findings(
-    *changes: Change, traffic_sign: float = 0.0, accelerometer: bool = True, **others: Any
+    *changes: Change,
+    traffic_sign: float = 0.0,
+    set_up: bool | None = None,
+    accelerometer: bool = True,
+    **others: Any,
 ) -> dict[str, Finding]:
     """The joint method's findings by code."""
-    native, params = core_says(**others), PARAMS | {"use_accelerometer": int(accelerometer)}
-    truck: Any = SimpleNamespace(ratio_near_centre=19.3, wheelbase_m=3.7, traffic_sign=traffic_sign, assumed=())
+    native = {"traffic_side": traffic_sign} | core_says(**others)
+    params = PARAMS | {"use_accelerometer": int(accelerometer)}
+    if set_up is not None:
+        stated = {"set_up_for_crown": set_up, "traffic_side": "right" if traffic_sign > 0.0 else "left"}
+        params |= oc.Vehicle(**stated).params
+    truck: Any = SimpleNamespace(
+        ratio_near_centre=19.3, wheelbase_m=3.7, traffic_sign=traffic_sign, assumed=(), set_up_for_crown=set_up
+    )
     of_method = joint_findings(native, params, changes, truck)
     about = {"method": "joint", "yaw_rate_from_vdc2": False, "measures_banks": accelerometer, "of_method": of_method}
     about |= {"limit_deg": 2.0}

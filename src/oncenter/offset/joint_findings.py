@@ -237,8 +237,8 @@ def _lower(by_deg: float) -> str:
 
 @finding("axle_may_be_set_up", "warning", "deg")
 def _may_be_set_up(found: Kind, native: _core.OcAnswer, params: Mapping[str, float]) -> Finding | None:
-    """Roads that are level where the steering is free of lateral force, and no side of traffic in use: as may_be_set_up of
-    core/monitor/joint_verdict.c, which withholds the status."""
+    """Roads that are level where the steering is free of lateral force, and no side of traffic in use: as may_be_set_up
+    of core/monitor/joint_verdict.c, which withholds the status."""
     parts = native["offset_parts"]
     effect = parts["per_acceleration"] * params["crown_m_s2"]
     if native["traffic_side"] != 0.0 or effect <= 0.0 or parts["set_up_sd"] <= _SET_UP_LIKELY * effect:
@@ -260,9 +260,9 @@ def _bends_fall(found: Kind, native: _core.OcAnswer, traffic_sign: float) -> Fin
         return None
     observed, expected = _sides(traffic_sign)
     return found(
-        f"the banked bends of this drive show that its straight roads slope down to the {observed}; where traffic keeps "
-        f"{expected}, most slope down to the {expected}. The offset does not use 'traffic_side' of the vehicle file. "
-        "Check it"
+        f"the banked bends of this drive show that its straight roads slope down to the {observed}; where traffic "
+        f"keeps {expected}, most slope down to the {expected}. The offset does not use 'traffic_side' of the vehicle "
+        "file. Check it"
     )
 
 

@@ -1,8 +1,8 @@
 """What a vehicle file states of the truck and a drive contradicts: side of traffic, set-up of the front axle, play.
 
-Roads fall by `crown_m_s2` to the side of traffic. The mean bank less the neutral lateral acceleration is that fall, from
-which the zero of the accelerometer cancels. It is the crown of an ordinary axle, and about zero of one that is set up
-for the crown, whose neutral lateral acceleration is that crown.
+Roads fall by `crown_m_s2` to the side of traffic. The mean bank less the neutral lateral acceleration shows that fall:
+the accelerometer's zero cancels. It is the crown for an ordinary front axle, and about zero for one that is set up for
+the crown, whose neutral lateral acceleration is the crown.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _may_be_inverted(log: Signals) -> bool:
     if values is None:
         return False
     counts = np.count_nonzero(values > 0.5), np.count_nonzero(values < 0.5)
-    return min(counts) > _ASSISTED_MIN_S * log.rate_hz
+    return bool(min(counts) > _ASSISTED_MIN_S * log.rate_hz)
 
 
 def _inverted(log: Signals) -> Signals:
@@ -71,15 +71,15 @@ def _assistance_inverted(found: Kind, used: _core.OcEstimate, unused: _core.OcEs
     if more < _ASSISTED_SDS * sd:
         return None
     return found(
-        f"the time in which the status '{_ASSISTANCE}' is true shows {more:.1f} ±{1.96 * sd:.1f} deg more free play than "
-        "the rest. A hand that rests on the wheel while a motor steers shows less, so its sense seems inverted. The "
-        f"offset does not use this status. Check its 'true_when' in {SIGNALS_TABLE}, and its sender",
+        f"the time in which the status '{_ASSISTANCE}' is true shows {more:.1f} ±{1.96 * sd:.1f} deg more free play "
+        "than the rest. A hand that rests on the wheel while a motor steers shows less, so its sense seems inverted. "
+        f"The offset does not use this status. Check its 'true_when' in {SIGNALS_TABLE}, and its sender",
         more,
     )
 
 
 class Fall(NamedTuple):
-    """Of the roads to the stated side by this drive, and its standard deviation by pull, wind and other roads, m/s^2."""
+    """Fall of the roads to the stated side, and its standard deviation by pull, wind and the choice of roads, m/s^2."""
 
     value: float
     sd: float
@@ -146,8 +146,8 @@ def set_up_contradicted(
     vehicle: Vehicle,
     effect: str = "The offset rests on this statement",
 ) -> Finding | None:
-    """Roads that fall by the crown where the axle is stated to be set up for it, or do not where it is stated not to be;
-    an info where both are possible."""
+    """Roads that fall by the crown though the axle is stated to be set up for it, or level ones though it is stated not
+    to be; an info where both are possible."""
     stated, side, crown = vehicle.set_up_for_crown, vehicle.traffic_sign, params["crown_m_s2"]
     in_force = params["known_pull_sd_m_s2"] > 0.0 if stated else params["set_up_probability_1"] == 0.0
     fall = fall_of(native, params, side)
@@ -158,10 +158,10 @@ def set_up_contradicted(
         return None
     words = "true" if stated else "false"
     return found(
-        f"'set_up_for_crown' is {words} in the vehicle file, and the roads of this drive fall by {fall.words()} from the "
-        f"bank at which the steering is free of lateral force. About {expected * _PERCENT:.1f} % is usual then, and "
-        f"{other * _PERCENT:.1f} % otherwise. {effect}. Ask the workshop how the front axle is set up, and correct the "
-        "vehicle file",
+        f"'set_up_for_crown' is {words} in the vehicle file, and the mean slope of these roads is {fall.words()} away "
+        f"from the one at which the steering is free of lateral force. About {expected * _PERCENT:.0f} % is usual "
+        f"then, and {other * _PERCENT:.0f} % otherwise. {effect}. Ask the workshop how the front axle is set up, and "
+        "correct the vehicle file",
         fall.value * _PERCENT,
         severity=None if fall.contradicts(expected, other) else "info",
     )
@@ -181,11 +181,11 @@ def side_or_set_up(
         return None
     lower, higher = ("lower", "higher") if side > 0.0 else ("higher", "lower")
     return found(
-        f"the roads of this drive fall by {fall.words()} to the {vehicle.traffic_side}, from the bank at which the "
-        f"steering is free of lateral force; {crown * _PERCENT:.0f} % is usual. If the front axle is set up for the road "
-        f"crown, the offset is {effect:.1f} deg {lower}, which its interval allows for. If 'traffic_side' is wrong, it is "
-        f"{effect:.1f} deg {higher}, which its interval does not contain. Check 'traffic_side', and give "
-        "'set_up_for_crown' as the workshop has set it",
+        f"these roads slope down to the {'right' if side > 0.0 else 'left'} by {fall.words()} from the slope at which "
+        f"the steering is free of lateral force; {crown * _PERCENT:.0f} % is usual. If the front axle is set up for "
+        f"the road crown, the offset is {effect:.1f} deg {lower}, which its interval allows for. If it is set up and "
+        f"'traffic_side' is wrong, the offset is {effect:.1f} deg {higher}, which its interval does not contain. Check "
+        "'traffic_side', and give 'set_up_for_crown' as the workshop has set it",
         effect,
         severity=None if fall.contradicts(crown, 0.0) else "info",
     )

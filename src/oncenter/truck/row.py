@@ -24,10 +24,11 @@ class Row:
 
     `modes` are its evidence of offset, play and neutral lateral acceleration. `gradient` is of this drive's load.
     `bank` is the mean of lateral acceleration less r*v while driving, `bank_variance` of a short drive's mean;
-    `standing` is the mean lateral acceleration at standstill. `measured`: an accelerometer measures the bank.
-    `side` is 1 where traffic keeps right, -1 left, 0 not configured, or contradicted by the drive. `start_s` since 1970; NaN where unknown. `moved`
-    is the change of the offset that the core found within the drive, after which the evidence holds; 0: none.
-    `length_s` is from begin to end. `image` is the core after the drive, which a further log may continue; empty: none.
+    `standing` is the mean lateral acceleration at standstill. `measured`: an accelerometer measures the bank. `side` is
+    1 where traffic keeps right, -1 left, 0 not configured, or contradicted by the drive. `start_s` since 1970; NaN
+    where unknown. `moved` is the change of the offset that the core found within the drive, after which the evidence
+    holds; 0: none. `length_s` is from begin to end. `image` is the core after the drive, which a further log may
+    continue; empty: none.
     """
 
     modes: Numbers  # (modes, 10), as evidence.modes_of

@@ -45,7 +45,8 @@ Record = dict[str, Any]
 RIGHT: Keys = {"traffic_side": "right"}
 LEFT: Keys = {"traffic_side": "left"}
 SET_UP, NOT_SET_UP = {**RIGHT, "set_up_for_crown": True}, {**RIGHT, "set_up_for_crown": False}
-SET_UP_CODES = ("side_or_set_up", "axle_may_be_set_up")
+SET_UP_CODES = ("side_or_set_up",)
+ASKS = "axle_may_be_set_up"  # for a statement, and contradicts none
 # Codes of findings that name a contradiction between a statement and the drive.
 NAMES_STATEMENT = (
     "roads_fall_to_other_side",
@@ -174,7 +175,7 @@ def _answered(signals: oc.Signals, vehicle: Vehicle, target_deg: float, true: tu
         "status": answer.offset.status,
         "codes": [finding.code for finding in answer.findings if finding.code in NAMES_STATEMENT],
         "accused": any(
-            f.code in NAMES_STATEMENT and f.code not in true and f.severity != "info" for f in answer.findings
+            f.code in NAMES_STATEMENT and f.code not in (ASKS, *true) and f.severity != "info" for f in answer.findings
         ),
         "texts": [finding.line() for finding in answer.findings if finding.severity != "info"],
         "fault": answer.sensor_fault,
@@ -213,8 +214,10 @@ def lines(found: Sequence[Record], before: Sequence[Record]) -> Iterator[str]:
     for name in [*dict.fromkeys(record["case"] for record in found), "all"]:
         some = [record for record in found if name in (record["case"], "all")]
         yield f"| {name} | {len(some)} | {' | '.join(_cells(some))} |"
-    if before:
-        yield from ("", *_compared([r["right"] for r in found], [r["right"] for r in before]))
+    old = {(record["case"], record["seed"]): record["right"] for record in before}
+    both = [(r["right"], old[key]) for r in found if (key := (r["case"], r["seed"])) in old]
+    if both:
+        yield from ("", *_compared(both))
 
 
 def _cells(some: Sequence[Record]) -> Iterator[str]:
@@ -233,15 +236,15 @@ def _cells(some: Sequence[Record]) -> Iterator[str]:
         yield f"{median([answer['half_width'] for answer in answers if 'half_width' in answer] or [0.0]):.2f}"
 
 
-def _compared(now: Sequence[Record], before: Sequence[Record]) -> Iterator[str]:
-    """Right statements, which must lose nothing."""
-    both = [(new, old) for new, old in zip(now, before, strict=True) if old["status"] == "valid" and old["holds"]]
-    stay = [(new, old) for new, old in both if new["status"] == "valid" and new["holds"]]
+def _compared(both: Sequence[tuple[Record, Record]]) -> Iterator[str]:
+    """Right statements now and before, which must lose nothing."""
+    held = [(new, old) for new, old in both if old["status"] == "valid" and old["holds"]]
+    stay = [(new, old) for new, old in held if new["status"] == "valid" and new["holds"]]
     wider = median(new["half_width"] / old["half_width"] for new, old in stay)
-    accused = sum(answer.get("accused", False) for answer in now)
-    yield f"right statements: {len(stay)} of {len(both)} stay valid and hold (asked: {len(both) * (1 - FEWER_MAX):.0f})"
+    accused = sum(new.get("accused", False) for new, _ in both)
+    yield f"right statements: {len(stay)} of {len(held)} stay valid and hold (asked: {len(held) * (1 - FEWER_MAX):.0f})"
     yield f"half-widths {wider:.3f} of those before in the median (asked: at most {WIDER_MAX})"
-    yield f"accused: {accused} of {len(now)} (asked: at most {ACCUSED_MAX * len(now):.0f})"
+    yield f"accused: {accused} of {len(both)} (asked: at most {ACCUSED_MAX * len(both):.0f})"
 
 
 def main() -> None:
@@ -265,8 +268,7 @@ def main() -> None:
     BUILD.mkdir(parents=True, exist_ok=True)
     (BUILD / "wrong_statements.json").write_text(json.dumps(found, indent=1), encoding="utf-8")
     before = json.loads(given.against.read_text(encoding="utf-8")) if given.against else []
-    keys = [(record["case"], record["seed"]) for record in found]
-    print("\n".join(lines(found, [record for record in before if (record["case"], record["seed"]) in keys])))
+    print("\n".join(lines(found, before)))
 
 
 if __name__ == "__main__":

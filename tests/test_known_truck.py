@@ -118,6 +118,10 @@ def test_an_axle_set_up_for_the_crown_makes_no_valid_offset_until_the_vehicle_fi
     known = oc.offset(signals, truck(set_up_for_crown=True))
     assert known.offset.status == "valid" and known.offset.value is not None
     assert abs(known.offset.value - offset_to_find(truth)) < 0.3 * DEGREE
+    denied = oc.offset(signals, truck(traffic_side=None, set_up_for_crown=False))
+    assert "set_up_contradicted" in {finding.code for finding in denied.findings}
+    assert denied.offset.status == "converging"
+    signals, truth = drive(tmp_path, "thesis_drive", 1, 900.0, "backlash_deg = 8.0")
     healthy = oc.offset(signals, truck(traffic_side=None, set_up_for_crown=False))
     assert healthy.offset.status == "valid" and sd_by("axle_set_up", healthy) == 0.0
 

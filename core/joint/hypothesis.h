@@ -41,7 +41,8 @@ typedef struct {
     float width_sd;            /* rad, of the width while only one flank was loaded */
     float pull;                /* m/s^2, mean */
     float pull_tail;           /* probability of a wide pull or wind; 0: the pull is given */
-    float set_up_probability;  /* of an axle set up for the crown; 0: the pull is given */
+    float set_up_probability;  /* of an axle set up for the crown, or of another one than given; 0: the pull is given */
+    float set_up_sign;         /* of the crown by which that axle's a_0 differs */
     float product_doubt;       /* share, 2 sd, by which i L may differ from the vehicle's; 0: a vehicle file's error */
     oc_term_information wheelbase, gradient;
 } oc_known_truck;

@@ -93,7 +93,7 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
                      slope_sd * slope_sd / stops + by_share * by_share + since);
     }
     const float variance_min = 1e-6f * bias_sd * bias_sd; /* against rounding */
-    prior.crown = known->set_up_probability > 0.0f ? crown + unknown_side : 0.0f;
+    prior.crown = known->set_up_probability > 0.0f ? known->set_up_sign * (crown + unknown_side) : 0.0f;
     if (side == 0.0f) { /* as above, the crown of few straights may be far from the mean */
         const float few = bank_samples / ((float)evidence->joint.crown_samples + 1.0f);
         prior.bank = (float)evidence->joint.crown_bank;

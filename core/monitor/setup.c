@@ -93,6 +93,7 @@ static float product_doubt_of(const oc_params *p) {
 static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     oc_known_truck *known = &design->known;
     known->set_up_probability = (float)p->set_up_probability_1;
+    known->set_up_sign = 1.0f;
     known->pull_tail = pull_tail;
     if (p->known_play_sd_rad > 0.0) {
         const float sd = oc_max((float)p->known_play_sd_rad, play_sd_min);
@@ -112,7 +113,10 @@ static void set_given_values(oc_hypothesis_design *design, const oc_params *p) {
     }
     if (p->known_pull_sd_m_s2 > 0.0) {
         known->pull = (float)p->known_pull_m_s2;
-        known->pull_tail = known->set_up_probability = 0.0f;
+        const bool is_set_up = p->set_up_probability_1 > 0.5; /* by the vehicle file: the pull is the crown */
+        known->pull_tail = 0.0f;
+        known->set_up_sign = -1.0f;
+        known->set_up_probability = is_set_up ? 1.0f - (float)p->set_up_probability_1 : 0.0f;
     }
 }
 

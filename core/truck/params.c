@@ -143,7 +143,7 @@ static const struct {
     {0.0f, 10.0f}, /* wind_sd_m_s2 */
     {0.0f, 2.0f}, /* crown_m_s2 */
     {0.001f, 10.0f}, /* crown_sd_m_s2 */
-    {0.0f, 0.5f}, /* set_up_probability_1 */
+    {0.0f, 1.0f}, /* set_up_probability_1 */
     {0.0f, 1.0f}, /* standing_crown_share_1 */
     {0.001f, 10.0f}, /* standing_slope_sd_m_s2 */
     {0.0f, 100.0f}, /* tandem_side_force_m2_s2 */

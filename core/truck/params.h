@@ -104,7 +104,8 @@ typedef struct {
     double wind_sd_m_s2;
     double crown_m_s2; /* prior mean of the road crown, which falls to the side of traffic. 0.2, 2.5: 2 % */
     double crown_sd_m_s2; /* prior sd of that crown. 0.1, ours */
-    /* prior probability of an axle set up to unload on that crown; 0 excludes it. 0.05, ours: one in twenty */
+    /* prior probability of an axle set up to unload on that crown; 0 excludes it. Above 0.5 a given pull is that of
+     * such an axle, and another one has the rest. 0.05, ours: one in twenty */
     double set_up_probability_1;
     /* crown of the ground at standstill, on roads and yards, as a share of the road crown. 0.5, ours */
     double standing_crown_share_1;

@@ -96,6 +96,9 @@ class Sensors(BaseModel):
     speed_scale_percent: Annotated[Number, bounds("sensors.speed_scale_percent")] = 5.0
 
 
+STATED_WRONG_1 = 0.05  # probability that the stated set-up of an axle is wrong, as of an axle that is set up
+
+
 class _PriorsFrom(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -203,7 +206,7 @@ class Vehicle(BaseModel):
             by_default = _core.default_params()
             crown = by_default["crown_m_s2"] * _TRAFFIC_SIGNS[side]
             sd = values.get("params", {}).get("pull_sd_m_s2", by_default["pull_sd_m_s2"])  # a fleet's, or the file's
-            given = {"known_pull_m_s2": crown, "known_pull_sd_m_s2": sd}
+            given = {"known_pull_m_s2": crown, "known_pull_sd_m_s2": sd, "set_up_probability_1": 1.0 - STATED_WRONG_1}
         return values | {"params": {**given, **values.get("params", {})}} if given else values
 
     @model_validator(mode="after")

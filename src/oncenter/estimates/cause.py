@@ -99,7 +99,7 @@ def causes_of(
             yield Cause(name, _shift(sd_rad, per, prior), sd_rad, prior)
     crown = params["crown_m_s2"]
     probability = params["set_up_probability_1"]
-    if crown > 0.0 and probability > 0.0 and params["use_accelerometer"] and not has_pull:
+    if crown > 0.0 and probability > 0.0 and params["use_accelerometer"] and (not has_pull or probability > 0.5):
         sides = 1.0 - probability if traffic_sign != 0.0 else 1.0  # of an unknown side the mean shift is zero
         sd_m_s2 = crown * math.sqrt(probability * sides)
         about = f"{100.0 * probability:g} axles in 100 are set up for a crown of {crown:g} m/s^2"

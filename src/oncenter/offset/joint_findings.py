@@ -243,9 +243,10 @@ def _may_be_set_up(found: Kind, native: _core.OcAnswer, params: Mapping[str, flo
     effect = parts["per_acceleration"] * params["crown_m_s2"]
     if native["traffic_side"] != 0.0 or effect <= 0.0 or parts["set_up_sd"] <= _SET_UP_LIKELY * effect:
         return None
+    rare = min(params["set_up_probability_1"], 1.0 - params["set_up_probability_1"])  # or another axle than stated
     return found(
         "the steering is free of lateral force on the mean slope of these roads. Either they are level, or the "
-        f"front axle is set up for the road crown (1 truck in {1.0 / params['set_up_probability_1']:.0f}): then the "
+        f"front axle is set up for the road crown (1 truck in {1.0 / rare:.0f}): then the "
         f"offset is {effect / DEGREE:.1f} deg lower or higher, so it is not valid. Give 'traffic_side' in the "
         "vehicle file, and 'set_up_for_crown' as the workshop has set it, or drive on other roads",
         effect / DEGREE,

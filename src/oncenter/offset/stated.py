@@ -18,9 +18,8 @@ from oncenter.findings import Finding, Kind, finding
 from oncenter.plausibility.check_result import SIGNALS_TABLE
 from oncenter.plausibility.statuses import without
 from oncenter.signals import DEGREE, SIGNALS, STANDARD_GRAVITY, Signals
-from oncenter.vehicle import Vehicle
+from oncenter.vehicle import STATED_WRONG_1, Vehicle
 
-_WRONG = 0.05  # probability that a statement is wrong, as of an axle that is set up
 _POSSIBLE = 0.025  # probability from which the other is said: one tail of a 95 % interval
 _PLAY_SDS = 3.0  # between stated and estimated play
 _ASSISTANCE = "steering_assist_active"
@@ -91,7 +90,7 @@ class Fall(NamedTuple):
     def allows(self, expected: float, other: float) -> bool:
         """Whether the other fall is possible, by Bayes over two normals."""
         cost = ((self.value - other) ** 2 - (self.value - expected) ** 2) / (2.0 * self.sd**2)
-        return cost < math.log((1.0 - _POSSIBLE) / _POSSIBLE) - math.log((1.0 - _WRONG) / _WRONG)
+        return cost < math.log((1.0 - _POSSIBLE) / _POSSIBLE) - math.log((1.0 - STATED_WRONG_1) / STATED_WRONG_1)
 
     def words(self) -> str:
         return f"{self.value * _PERCENT:.1f} ±{1.96 * self.sd * _PERCENT:.1f} %"
@@ -124,6 +123,8 @@ def without_contradicted(
             a run without it shows the contradiction.
     """
     found = set_up_contradicted(native, params, vehicle, _WITHOUT)
+    if found is not None and found.severity == "info" and vehicle.set_up_for_crown:
+        found = None  # the interval contains both, and the answer's own findings say so
     if found is not None:
         params = {**params, **_of_unknown_set_up()}
     if vehicle.play_deg is None or params["known_play_sd_rad"] <= 0.0:
@@ -156,14 +157,16 @@ def set_up_contradicted(
     expected, other = (0.0, crown) if stated else (crown, 0.0)
     if not fall.allows(expected, other):
         return None
-    words = "true" if stated else "false"
+    is_sure = fall.contradicts(expected, other)
+    if stated and not is_sure:
+        effect = "The interval of the offset contains both"
     return found(
-        f"'set_up_for_crown' is {words} in the vehicle file, and the mean slope of these roads is {fall.words()} away "
-        f"from the one at which the steering is free of lateral force. About {expected * _PERCENT:.0f} % is usual "
-        f"then, and {other * _PERCENT:.0f} % otherwise. {effect}. Ask the workshop how the front axle is set up, and "
-        "correct the vehicle file",
+        f"'set_up_for_crown' is {str(stated).lower()} in the vehicle file, and the mean slope of these roads is "
+        f"{fall.words()} away from the one at which the steering is free of lateral force. About "
+        f"{expected * _PERCENT:.0f} % is usual then, and {other * _PERCENT:.0f} % otherwise. {effect}. Ask the "
+        "workshop how the front axle is set up, and correct the vehicle file",
         fall.value * _PERCENT,
-        severity=None if fall.contradicts(expected, other) else "info",
+        severity=None if is_sure else "info",
     )
 
 

@@ -92,7 +92,7 @@ static const member doubles[] = {
 
 static const member floats[] = {
     {offsetof(oc_state, tracking.braked_s), 1, SECOND, 1, 0},
-    {offsetof(oc_state, tracking.statuses.differs_s), OC_WATCHED_STATUSES + 1, NOT_NEGATIVE, 1, 0}, /* and intervenes_s */
+    {offsetof(oc_state, tracking.statuses.differs_s), OC_WATCHED_STATUSES + 1, NOT_NEGATIVE, 1, 0}, /* intervenes_s */
     {offsetof(oc_state, tracking.assignment.watches[0].last), offsetof(oc_signal_watch, held_ticks) / WORD, SQUARES,
      OC_WATCHED, WATCHES},
     {offsetof(oc_state, tracking.assignment.levels), OC_WATCHED * sizeof(oc_signal_level) / WORD, SQUARES, 1, 0},

@@ -1,4 +1,4 @@
-"""What a vehicle file states of the truck and a drive contradicts: side of traffic, set-up of the front axle, play.
+"""Statements on a truck that its drive contradicts: side of traffic, set-up of the front axle, free play, assistance.
 
 Roads fall by `crown_m_s2` to the side of traffic. The mean bank less the neutral lateral acceleration shows that fall:
 the accelerometer's zero cancels. It is the crown for an ordinary front axle, and about zero for one that is set up for

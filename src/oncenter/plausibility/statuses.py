@@ -1,6 +1,6 @@
 """Statuses that the drive itself contradicts, most often because their sense is inverted. They are not used.
 
-A lifted axle is not judged: its status only tells when the axles change, which an inverted one tells as well.
+A lifted axle is not judged: only the changes of its status count, which an inverted one has as well.
 """
 
 from __future__ import annotations

@@ -161,7 +161,7 @@ def set_up_contradicted(
     if stated and not is_sure:
         effect = "The interval of the offset contains both"
     return found(
-        f"'set_up_for_crown' is {str(stated).lower()} in the vehicle file, and the mean slope of these roads is "
+        f"'set_up_for_crown' is {str(stated).lower()} in the vehicle file. The mean slope of these roads is "
         f"{fall.words()} away from the one at which the steering is free of lateral force. About "
         f"{expected * _PERCENT:.0f} % is usual then, and {other * _PERCENT:.0f} % otherwise. {effect}. Ask the "
         "workshop how the front axle is set up, and correct the vehicle file",

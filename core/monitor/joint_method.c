@@ -8,9 +8,8 @@ static const float zero_walk_sd = 0.3f; /* m/s^2: sd of a drifting zero since th
 static const float crown_share_sd = 0.35f; /* sd of standing_crown_share_1, which is between yards and roads */
 static const float removed_sd = 0.06f; /* m/s^2: sd of the removed crown about removed_share of the crown */
 static const float uneven = 0.2f; /* (m/s^2)^2: variance of the removed crown, times the samples */
-/* standard deviations of the crown that superelevated bends remove, beyond which roads fall to the other side of
- * traffic */
-static const float other_side_sds = 1.0f;
+/* log odds by superelevated bends, from which roads fall to the other side of traffic */
+static const float other_side_log_odds = 5.0f;
 /* samples after which the mean bank errs as much as the mean crown of the roads */
 static const float bank_samples = 300.0f;
 /* end */
@@ -50,10 +49,11 @@ static void add_removed_crown(oc_prior *prior, const oc_joint *joint, float crow
 
 float oc_traffic_side(const oc_evidence *evidence, const oc_coefficients *c) {
     const float side = (float)c->vehicle.traffic_side;
+    const float crown = side * (float)c->params.crown_m_s2;
     oc_prior bends = {0};
-    add_removed_crown(&bends, &evidence->joint, (float)c->params.crown_m_s2);
-    const float sds = bends.removed * sqrtf(bends.removed_information);
-    return sds * side < -other_side_sds && c->joint.bank_unmeasured <= 0.0f ? 0.0f : side;
+    add_removed_crown(&bends, &evidence->joint, fabsf(crown));
+    const float log_odds = -2.0f * crown * bends.removed * bends.removed_information; /* of normals about +-crown */
+    return log_odds > other_side_log_odds && c->joint.bank_unmeasured <= 0.0f ? 0.0f : side;
 }
 
 /* The prior of a_0 (docs/method.md, "Regression"): the accelerometer bias by its own prior, by the roads' mean bank and

@@ -161,7 +161,7 @@ TUNED = {  # by file and name
     "joint_method.crown_share_sd": 0.35,
     "joint_method.removed_sd": 0.06,
     "joint_method.uneven": 0.2,
-    "joint_method.other_side_sds": 1.0,
+    "joint_method.other_side_log_odds": 5.0,
     "joint_method.bank_samples": 300.0,
     "joint_verdict.leak_bias": 0.0006108652381980154,
     "joint_verdict.play_min": 0.008726646259971648,

@@ -203,13 +203,11 @@ def test_a_hand_that_rests_while_a_motor_steers_shows_less_play(
     assert ("steering_assist_active" in logs[0].columns) is not is_inverted
 
 
-def test_a_log_that_ends_after_an_assistance_has_an_answer() -> None:
+def test_a_log_that_ends_soon_after_an_assistance_has_an_answer() -> None:
+    """Within the second that the hypotheses would begin with."""
     signals, _, right = country()
-    assisted = np.zeros(signals.ticks)
-    assisted[-150:-20] = 1.0
+    columns = {name: values[:60_000] for name, values in signals.columns.items()}
+    columns["steering_assist_active"] = np.repeat([0.0, 1.0, 0.0], [59_000, 920, 80])
     source = {"steering_assist_active": next(iter(signals.sources.values()))}
-    with_status = signals.replaced(
-        {**signals.columns, "steering_assist_active": assisted}, {**signals.sources, **source}
-    )
-    answer = oc.offset(with_status, oc.Vehicle(**right))
-    assert answer.offset.status == "valid" and len(answer.rows) == 1
+    answer = oc.offset(signals.replaced(columns, {**signals.sources, **source}), oc.Vehicle(**right))
+    assert answer.offset.value is not None and len(answer.rows) == 1

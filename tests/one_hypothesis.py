@@ -191,7 +191,7 @@ class Learner:
             lib.oc_hypothesis_start(self.h, ffi.new("oc_play *", vars(self.play)), drive.angle[0])
             self.started = True
         row = {name: column[k].tolist() for name, column in vars(drive).items()}
-        native = ffi.new("oc_motion_sample *", row)
+        native = ffi.new("oc_motion_sample *", row | {"force": row["lateral_acceleration"]})
         native.in_second = k % SAMPLES
         lib.oc_hypothesis_sample(self.h, self.design, native)
 

@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xE54C21D8u;
+static const uint32_t layout_hash = 0xCC42B3B5u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -40,12 +40,12 @@ static const oc_saved_run state_runs[] = {
     ENUMS(oc_state, tracking.assignment.fault, 1), DOUBLES(oc_state, tracking.preprocess.yaw_rate.s1, 84),
     INTEGERS(oc_state, tracking.preprocess.angle_next, 7), DOUBLES(oc_state, tracking.straight.filling.weight, 147),
     INTEGERS(oc_state, tracking.cornering.ticks, 3), DOUBLES(oc_state, tracking.cornering.filling.weight, 147),
-    INTEGERS(oc_state, tracking.joint.running, 3), DOUBLES(oc_state, tracking.joint.yaw_rate, 3),
+    INTEGERS(oc_state, tracking.joint.running, 3), DOUBLES(oc_state, tracking.joint.yaw_rate, 4),
     FLOATS(oc_state, tracking.joint.curvature_sum, 21),
-    FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 12, tracking.joint.filling.samples),
+    FLOATS_OF_EACH(oc_state, tracking.joint.filling.samples[0].angle, 13, tracking.joint.filling.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.filling.samples[0].in_second, 1, tracking.joint.filling.samples),
     INTEGERS(oc_state, tracking.joint.filling.count, 2), FLOATS(oc_state, tracking.joint.filling.curvature, 1),
-    FLOATS_OF_EACH(oc_state, tracking.joint.collected.samples[0].angle, 12, tracking.joint.collected.samples),
+    FLOATS_OF_EACH(oc_state, tracking.joint.collected.samples[0].angle, 13, tracking.joint.collected.samples),
     INTEGERS_OF_EACH(oc_state, tracking.joint.collected.samples[0].in_second, 1, tracking.joint.collected.samples),
     INTEGERS(oc_state, tracking.joint.collected.count, 2), FLOATS(oc_state, tracking.joint.collected.curvature, 1),
     INTEGERS(oc_state, tracking.joint.due, 5), FLOATS(oc_state, tracking.joint.min_error, 243),
@@ -59,7 +59,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
     DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 25), INTEGERS(oc_state, evidence.gyro_bias.due, 8),
     ENUMS(oc_state, evidence.gyro_bias.status, 1), DOUBLES(oc_state, evidence.wheel_speed.difference, 3),
-    INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 33),
+    INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 34),
     DOUBLES(oc_state, evidence.joint.speed_mean, 5), FLOATS(oc_state, evidence.joint.removed[0], 4),
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),

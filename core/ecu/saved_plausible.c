@@ -66,7 +66,7 @@ static const member doubles[] = {
     {offsetof(oc_state, tracking.cornering.filling.y), 1, ESTIMATE, 1, 0},
     {offsetof(oc_state, tracking.cornering.blocks[0].weight), 3, NOT_NEGATIVE, OC_PENDING_MAX, MOMENTS},
     {offsetof(oc_state, tracking.cornering.blocks[0].y), 2, ANGLE, OC_PENDING_MAX, MOMENTS},
-    {offsetof(oc_state, tracking.joint.bank), 1, ESTIMATE, 1, 0},
+    {offsetof(oc_state, tracking.joint.bank), 2, ESTIMATE, 1, 0}, /* and load_bank */
     {offsetof(oc_state, evidence.offset.ticks.weight), 3, NOT_NEGATIVE, 3, MOMENTS}, /* filling and batches, too */
     {offsetof(oc_state, evidence.offset.ticks.y), 2, ANGLE, 3, MOMENTS},
     {offsetof(oc_state, evidence.understeer.xx), 5, NOT_NEGATIVE, 1, 0}, /* to filling.xx */
@@ -117,7 +117,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.along), 2, SECOND, 1, 0}, /* and across */
     {offsetof(oc_state, evidence.joint.removed), 2, ESTIMATE, 1, 0},
     {offsetof(oc_state, evidence.joint.removed_samples), 2, NOT_NEGATIVE, 1, 0},
-    {offsetof(oc_state, evidence.joint.checked_s), 3, SUM, 1, 0}, /* to outlying_sum */
+    {offsetof(oc_state, evidence.joint.checked_s), 4, SUM, 1, 0}, /* to outlying_width */
     {offsetof(oc_state, evidence.joint.second.used_s), 2, NOT_NEGATIVE, 1, 0}, /* and trial_s */
     {offsetof(oc_state, evidence.joint.second.second_s), 1, SECOND, 1, 0},
     {offsetof(oc_state, evidence.joint.second.reference), 1, NOT_NEGATIVE, 1, 0},

@@ -17,6 +17,8 @@ static const float correction_min = 3.5e-5f;     /* rad/s; a smaller one moves t
 /* Tuned, in tuned.toml: joint */
 static const double sample_s = 0.1; /* s: length of a sample; ten are a second */
 static const double bank_filter_s = 0.3; /* s: time constant of a_y - r v */
+static const float load_noise = 0.02f; /* m/s^2: sd of the accelerometer's noise in the load up to load_bank_s_max */
+static const float load_bank_s_max = 2.0f; /* s: maximum time constant of a_y - r v in the load */
 static const double wandering_memory_s = 200.0; /* s: memory of the mean bank if the zero is a random walk */
 static const float crowned_curvature = 0.0007f; /* 1/m: curvature up to which a road is crowned */
 static const float banked_curvature_min = 0.004f; /* 1/m: curvature from which bends may be superelevated in full */
@@ -27,6 +29,7 @@ static const float place_settling_s = 20.0f; /* s: no change is suspected after 
 static const float outlying_error = 1.5f * 0.017453292f; /* rad: minimum error of a second far from the prediction */
 static const float outlying_max = 8.0f * 0.017453292f; /* rad: maximum error of such a second */
 static const float outlying_sds = 4.0f; /* the same, in standard deviations of the prediction error */
+static const float outlying_gradient = 0.3f * 0.017453292f; /* rad/(m/s^2): growth of K, by snow, that explains one */
 static const float rare_flank_s = 60.0f; /* s: load on a flank until an error there may be a change */
 static const float flank_margin = 0.02f; /* m/s^2: beyond friction and a_0's sd, from which a flank is loaded */
 static const float prior_discount_max = 25.0f; /* maximum reduction of the weight of a_0's prior */
@@ -130,7 +133,7 @@ static void begin_collecting(oc_joint *joint, oc_joint_tracking *tracking, const
     tracking->filling.count = tracking->in_second = 0;
     tracking->turned = 0.0f;
     tracking->noise = (oc_noise_watch){0};
-    tracking->bank = bank;
+    tracking->bank = tracking->load_bank = bank;
     tracking->yaw_rate = tick->yaw_rate;
     tracking->lateral_acceleration = tick->lateral_acceleration;
 }
@@ -178,6 +181,7 @@ static oc_motion_sample sample_of(const oc_joint_tick *tick, const oc_joint_trac
         .rear_part = (float)tick->rear_part,
         .residual = (float)tick->residual,
         .lateral_acceleration = (float)force,
+        .force = (float)(force - before->bank + before->load_bank),
         .yaw_acceleration = (float)(tick->yaw_rate - before->yaw_rate) / design->hypothesis.step_s,
         .jerk = (float)(force - before->lateral_acceleration) / design->hypothesis.step_s,
         .curvature = (float)tick->curvature,
@@ -258,21 +262,64 @@ static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking,
     }
 }
 
-/* Seconds far from the prediction on one side: where a motor steers for minutes, the driver's own steering is. */
-static void count_outlying(oc_joint *joint) {
+/* Whether the collected samples load one flank throughout. Else the wheels may cross the play. */
+static bool loads_one_flank(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
+    const int32_t flank = flank_of(joint, design, &tracking->collected.samples[0]);
+    for (int32_t n = 1; n < tracking->collected.count; ++n) {
+        if (flank_of(joint, design, &tracking->collected.samples[n]) != flank) {
+            return false;
+        }
+    }
+    return flank != 0;
+}
+
+/* Whether another place in the play would explain the last prediction error but for outlying_error. */
+static bool may_be_place(const oc_hypothesis *h) {
+    const float half = h->play.half_width + h->play.windup;
+    const float place = oc_clamp_size(h->places.wound - h->places.inner, half);
+    return fabsf(place + h->error) < half + outlying_error;
+}
+
+/* m/s^2, mean over the collected samples. */
+static float mean_load(const oc_joint *joint, const oc_joint_tracking *tracking) {
+    float sum = 0.0f;
+    for (int32_t n = 0; n < tracking->collected.count; ++n) {
+        sum += oc_play_load(&joint->hypotheses[joint->best].play, &tracking->collected.samples[n]);
+    }
+    return sum / (float)tracking->collected.count;
+}
+
+/* Whether the last prediction error is far from what play, tyres and noise explain. Tyres with less grip need more
+ * angle in the load's direction. */
+static bool is_outlying(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    const float error = best->error, keep = joint->second.memory_share, seconds = joint->second.second_s;
+    const float error = fabsf(best->error), load = mean_load(joint, tracking);
+    const float along = best->error > 0.0f ? load : -load;
+    const float by_tyres = design->hypothesis.steering_ratio * outlying_gradient * oc_max(along, 0.0f);
+    const bool firm = !tracking->loads_rare_flank && loads_one_flank(joint, tracking, design);
+    return error > outlying_error + by_tyres && error < outlying_max &&
+           error * error > outlying_sds * outlying_sds * best->variance && (firm || !may_be_place(best));
+}
+
+/* Seconds far from the prediction on one side: where a motor steers for minutes, the driver's own steering is. */
+static void count_outlying(oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
+    const oc_hypothesis *best = &joint->hypotheses[joint->best];
+    const float keep = joint->second.memory_share, seconds = joint->second.second_s;
+    const float width = 2.0f * (best->play.half_width + best->play.windup);
     if (!(joint->second.used_s > settled_age_s)) {
         return;
+    }
+    if (fabsf(width - joint->outlying_width) > outlying_error) { /* they were counted by another play */
+        joint->outlying_s = joint->outlying_sum = joint->outlying_since_s = 0.0f;
+        joint->outlying_width = width;
     }
     joint->checked_s = keep * joint->checked_s + seconds;
     joint->outlying_s = keep * joint->outlying_s;
     joint->outlying_sum = keep * joint->outlying_sum;
-    const bool as_play = fabsf(error) > outlying_error && fabsf(error) < outlying_max;
-    if (as_play && error * error > outlying_sds * outlying_sds * best->variance) {
+    if (is_outlying(joint, tracking, design)) {
         joint->outlying_since_s = joint->outlying_since_s > 0.0f ? joint->outlying_since_s : joint->second.used_s;
-        joint->outlying_s += error > 0.0f ? seconds : -seconds;
-        joint->outlying_sum += seconds * error;
+        joint->outlying_s += best->error > 0.0f ? seconds : -seconds;
+        joint->outlying_sum += seconds * best->error;
     }
 }
 
@@ -356,6 +403,13 @@ static bool collect_sample(oc_joint *joint, oc_joint_tracking *tracking, const o
     return filling->count == design->samples_per_second;
 }
 
+/* Weight of a tick in the bank of the play's load. The play's clamps rectify noise, so noise is averaged longer. */
+static double load_share_of(const oc_joint *joint, const oc_joint_design *design) {
+    const float noise = oc_noise_in_mean(&joint->second.noise, OC_NOISE_OF_ACCELERATION);
+    const float time_s = oc_clamp(noise / (2.0f * load_noise * load_noise), (float)bank_filter_s, load_bank_s_max);
+    return design->tick_s / (double)time_s;
+}
+
 bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                       const oc_joint_tick *tick) {
     const double bank = tick->lateral_acceleration - tick->yaw_rate * tick->speed;
@@ -369,6 +423,7 @@ bool oc_joint_collect(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
     joint->axle = tick->axle;
     tracking->turned += (float)(tick->yaw_rate * design->tick_s);
     tracking->bank += (bank - tracking->bank) * design->bank_share;
+    tracking->load_bank += (bank - tracking->load_bank) * load_share_of(joint, design);
     if (joint->phase == 0) {
         is_whole = collect_sample(joint, tracking, design, tick, bank);
     }
@@ -404,6 +459,15 @@ static bool is_due(const oc_joint *joint, int32_t k) {
     const bool on_probation = oc_hypothesis_is_on_probation(&joint->hypotheses[k], &joint->second);
     const int32_t every = on_probation ? OC_JOINT_SECONDS_PER_SOLVING / 2 : OC_JOINT_SECONDS_PER_SOLVING;
     return joint->second.used_s < solve_all_until_s || (joint->in_long_block + k) % every == 0;
+}
+
+/* Whether wider play would explain the last prediction error: it has the side of the flank that is loaded. */
+static bool may_be_play(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
+    int32_t side = 0;
+    for (int32_t n = 0; n < tracking->collected.count; ++n) {
+        side += flank_of(joint, design, &tracking->collected.samples[n]);
+    }
+    return (float)side * joint->hypotheses[joint->best].error >= 0.0f;
 }
 
 /* Adds the collected samples up to the end of a second of evidence. At most one ends among them. */
@@ -449,7 +513,7 @@ static bool end_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
     bool has_evidence = false;
     for (int32_t n = 0; n < tracking->collected.count; ++n) {
         const oc_motion_sample *sample = &tracking->collected.samples[n];
-        if (sample->in_second >= 0) {
+        if (sample->in_second >= 0 && joint->second.learns) { /* else no hypothesis has seen this load */
             count_flank_time(joint, design, sample);
         }
         has_evidence = has_evidence || ends_second(sample, design);
@@ -458,7 +522,7 @@ static bool end_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
         const bool learned = joint->second.learns;
         watch_for_change(joint, tracking, last_offset, time);
         if (learned) {
-            count_outlying(joint);
+            count_outlying(joint, tracking, design);
             oc_joint_end_second(joint, design);
         }
     }
@@ -509,6 +573,10 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->min_error = 1e9f;
     tracking->loads_rare_flank = loads_rare_flank(joint, tracking, design);
     joint->second.weight = weight_of(joint, &tracking->collected, design);
-    joint->second.learns = !tracking->collected.suspected && !is_suspected(joint);
+    /* A second of crossing raises the change watch's suspicion, which nothing lowers on a flank that was seldom loaded:
+     * the seconds there prove play. */
+    const bool rare = tracking->loads_rare_flank;
+    const bool doubted = tracking->collected.suspected && !(rare && may_be_play(joint, tracking, design));
+    joint->second.learns = !doubted && (rare || !is_suspected(joint));
     joint->solves_all = 0;
 }

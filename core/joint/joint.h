@@ -74,6 +74,7 @@ typedef struct {
     double yaw_rate;             /* rad/s, of the last sample */
     double lateral_acceleration; /* m/s^2, on the tyres, of the last sample */
     double bank;                 /* m/s^2, a_y - r*v, smoothed */
+    double load_bank;            /* the same, the longer the noisier it is: of the play's load */
     float curvature_sum;         /* 1/m, of the samples in the second */
     float turned;                /* rad, change of the heading since the last sample */
     float articulation;          /* rad, of a trailer of the usual length */
@@ -112,6 +113,7 @@ typedef struct {
     float checked_s;             /* s of settled evidence after forgetting, of which: */
     float outlying_s;            /* s that are far above the prediction, less those far below */
     float outlying_sum;          /* rad s, their errors */
+    float outlying_width;        /* rad, of the play by which they are counted */
     float outlying_since_s;      /* s of used driving before the first of them */
     oc_change_watch watch;
     double speed_mean;              /* m/s, over all usable samples */

@@ -15,11 +15,14 @@ static const float rolling_share = 0.07f; /* sd of K over K: body roll adds to t
 static const float implausible_cost = 2.5f; /* cost of a_0's distance above which a flank must be sure */
 static const float flank_sure_s = 60.0f; /* s: load on each flank that is sure */
 static const float offset_error = 0.04f * 0.017453292f; /* rad: sd of the offset by model mismatch */
+static const float per_yaw_rate_noise = 2.4f; /* s: the same in addition, by noise of a second's mean yaw rate */
+/* rad/(m/s^2): the same, of the lateral acceleration */
+static const float per_acceleration_noise = 1.5f * 0.017453292f;
 static const float unloading_error = 0.006f; /* m/s^2: sd of a_0 by compliance of the steering */
 static const float gradient_share_sd = 0.7f; /* sd of K over K without an accelerometer */
 static const float walk_step = 0.5f * 0.017453292f; /* rad: sd of the offset by the next step of one that walks */
 /* share of seconds far from the prediction on one side if something steers */
-static const float steered_share = 0.008f;
+static const float steered_share = 0.006f;
 static const float steered_checked_s = 300.0f; /* s: minimum of checked evidence for this share */
 static const float moment_s = 1.0f; /* s: load on a flank after which a found play needs no more */
 /* end */
@@ -96,6 +99,15 @@ static void values_of(const oc_hypothesis *h, float *values) {
     values[OC_OF_WHEELBASE] = h->wheelbase;
 }
 
+/* rad^2, variance of the offset by model mismatch. The sensors' noise adds to it what the scatter of the seconds does
+ * not show: the play's clamps and the yaw rate's bias make lasting errors of it. */
+static float mismatch_variance(const oc_noise *noise) {
+    const float of_yaw_rate = oc_noise_in_mean(noise, OC_NOISE_OF_YAW_RATE);
+    const float of_acceleration = oc_noise_in_mean(noise, OC_NOISE_OF_ACCELERATION);
+    return offset_error * offset_error + per_yaw_rate_noise * per_yaw_rate_noise * of_yaw_rate +
+           per_acceleration_noise * per_acceleration_noise * of_acceleration;
+}
+
 void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const oc_joint_design *design) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     mixture of[OC_OF_COUNT] = {0};
@@ -144,7 +156,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         per_acceleration += weight * h->per_acceleration;
     }
     const float lean = (1.0f - design->bank_unmeasured) * lean_sum / all; /* an unmeasured bank is mostly no pull */
-    of[OC_OF_OFFSET].variances += all * (offset_error * offset_error);
+    of[OC_OF_OFFSET].variances += all * mismatch_variance(&joint->second.noise);
     of[OC_OF_WIDTH].variances += all * (width_error * width_error);
     of[OC_OF_UNLOADING].variances += all * (unloading_error * unloading_error);
     for (int32_t k = 0; k < OC_OF_COUNT; ++k) {

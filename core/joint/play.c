@@ -30,7 +30,7 @@ float oc_play_width_step(float half_width) {
 }
 
 float oc_play_load(const oc_play *play, const oc_motion_sample *sample) {
-    float load = sample->lateral_acceleration + sample->tandem + play->fifth_wheel * sample->fifth_wheel -
+    float load = sample->force + sample->tandem + play->fifth_wheel * sample->fifth_wheel -
                  play->unloading;
     for (int32_t k = 0; k < OC_WINDS; ++k) {
         load -= play->wind[k] * sample->wind[k];

@@ -13,6 +13,7 @@ typedef struct {
     float angle;                /* rad, steering wheel, as measured */
     float rear_part;            /* rad, of the angle: i*w times the rear axle's angle */
     float residual;             /* rad, angle less rear_part and i*L*r/v */
+    float force;                /* m/s^2, the same of the play's load, with less of the accelerometer's noise */
     float lateral_acceleration; /* m/s^2, a of the method's model, with the accelerometer's bias */
     float yaw_acceleration;     /* rad/s^2 */
     float jerk;                 /* m/s^3, lateral */

@@ -6,13 +6,12 @@
 static const float kick_share = 9.0f; /* 3^2: beyond 3 standard deviations the cause is a kerb */
 
 /* Tuned, in tuned.toml: sensor_noise */
-static const double fast_hz = 80.0; /* Hz: minimum rate */
 static const float kick_min[OC_NOISY] = {0.01f, 3e-06f}; /* (m/s^2)^2, (rad/s)^2: squares of 0.1 m/s^2 and 0.1 deg/s */
 /* end */
 
 void oc_noise_setup(oc_noise_design *design, const oc_lowpass *lowpass, double rate_hz, int32_t ticks_per_sample) {
     design->by_samples = (float)(1.0 / (rate_hz * oc_lowpass_second_difference(lowpass, ticks_per_sample)));
-    design->by_ticks = rate_hz < fast_hz ? 0.0f : (float)(1.0 / (rate_hz * 6.0)); /* 1 + 4 + 1 */
+    design->by_ticks = (float)(1.0 / (rate_hz * 6.0)); /* 1 + 4 + 1 */
 }
 
 static void shift_past(oc_noise_past *past, const float *now) {

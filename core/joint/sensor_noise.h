@@ -4,8 +4,7 @@
  *
  * A truck's motion is linear over three samples of 0.1 s and over three ticks, so second differences are noise: of
  * filtered signals at 2 to 4 Hz, of raw ones near half the tick rate. White noise has the same variance in both, and
- * below 1 Hz. A truck's vibration is mostly in one of them, so the minimum counts. Below 80 Hz no noise is
- * identified. */
+ * below 1 Hz. A truck's vibration is mostly in one of them, so the minimum counts. */
 
 #include <stdint.h>
 

@@ -238,6 +238,7 @@ accuracy: .venv/dev ## errors and intervals of all methods and rivals: docs/accu
 	$(BIN)/python bench/drives_that_differ.py --page --jobs 2
 	rm -rf build/one_truck
 	$(BIN)/python bench/one_truck.py build/one_truck --page --jobs 2
+	$(BIN)/python bench/noisy_logs.py build/noisy_logs --page --jobs 2
 	rm -rf build/fleet_priors
 	$(BIN)/python bench/fleet_priors.py build/fleet_priors --page --jobs 2
 	$(BIN)/python bench/fleet_pulls.py --page --jobs 2

@@ -12,6 +12,7 @@ the place in the play. The populations:
     eight      eight drives at three loads, `three` there
     multibody  a truck of an independent model, bench/multibody_drives.py, 15 minutes a drive, without a pull
     ROW        a row of bench/accuracy_rows.py or bench/effects_rows.py, one drive of 20 minutes
+    scenario_N a shipped scenario with its own truck and sensors, the first 30 minutes
 """
 
 from __future__ import annotations
@@ -29,12 +30,14 @@ from typing import Any
 
 import numpy as np
 import polars as pl
-from accuracy_rows import Drive, Row, drive
+from accuracy_rows import Drive, Row, as_toml, drive, known_of, vehicle_file
 from drives_that_differ import Truck, changed, truck
 from multibody_drives import multibody_drive
 from truck_drives import KINDS, truck_drives
 
+import oncenter as oc
 from oncenter.signals import DEGREE, Signals, Source
+from oncenter.simulate.scenario import read_scenario
 from oncenter.vehicle import Vehicle, vehicle_from
 
 MINUTES, LONG_MINUTES = 15.0, 30.0
@@ -71,6 +74,7 @@ class Driven:
     pulled_deg: float
     play_deg: float
     load: int
+    pull_m_s2: float  # shift of the neutral lateral acceleration
     place_in_play: np.ndarray[Any, Any]
 
     def with_offset(self, moved_deg: float) -> Driven:
@@ -137,12 +141,40 @@ class Garage:
         """The drive of a row of bench/accuracy_rows.py with this seed."""
         return self._one(row.name, 0, lambda place: drive(row, self.seed, place))
 
+    def scenario(self, name: str) -> Driven:
+        """A shipped scenario with this seed, whose truck never pulls."""
+        return self._one(f"scenario_{name}", 0, lambda place: _of_scenario(name, self.seed, place))
+
     def _one(self, population: str, k: int, simulated: Callable[[Path], Drive]) -> Driven:
         place = self.folder / f"{population}_{self.seed}"
         if not _truth(place, k).exists():
             with tempfile.TemporaryDirectory() as temporary:
                 _keep(place, k, simulated(Path(temporary)))
         return _kept(place, k)
+
+
+def _of_scenario(name: str, seed: int, folder: Path) -> Drive:
+    file = folder / f"{name}.toml"
+    file.write_text(as_toml({"base": name, "drive": {"duration_s": 60.0 * LONG_MINUTES}}), encoding="utf-8")
+    signals, truth = oc.simulate(file, seed)
+    scenario = read_scenario(file)
+    vehicle = vehicle_file(Row(name, ""), scenario.truck, truth, np.random.default_rng(seed))
+    return Drive(
+        row=name,
+        seed=seed,
+        signals=signals,
+        vehicle=vehicle,
+        known=known_of(vehicle, scenario),
+        target_rad=np.array([truth.offset_rad + truth.straight_ahead_rad]),
+        exact_data_rad=0.0,
+        floor_rad=0.0,
+        side_force_floor_rad=0.0,
+        angle_per_m_s2=truth.steering_ratio * truth.understeer_gradient,
+        wind_m_s2=0.0,
+        redrawn=0,
+        scenario=scenario,
+        truth=truth,
+    )
 
 
 def _table(place: Path, k: int) -> Path:
@@ -172,6 +204,7 @@ def _keep(place: Path, k: int, drive: Drive, load: int = 0) -> None:
     truth = {
         "offset_deg": float(drive.target_rad[-1]) / DEGREE,
         "pulled_deg": pulled / DEGREE,
+        "pull_m_s2": 0.0 if math.isnan(pull_m_s2) else pull_m_s2,
         "play_deg": (drive.truth.backlash_rad + drive.truth.windup_rad) / DEGREE,
         "load": load,
         "vehicle": {name: getattr(drive.vehicle, name) for name in _OF_VEHICLE},
@@ -201,5 +234,6 @@ def _kept(place: Path, k: int) -> Driven:
         pulled_deg=truth["pulled_deg"],
         play_deg=truth["play_deg"],
         load=truth["load"],
+        pull_m_s2=truth["pull_m_s2"],
         place_in_play=pl.read_parquet(_places(place, k))[_PLACE].to_numpy(),
     )

@@ -69,7 +69,7 @@ def test_without_a_change_none_is_detected() -> None:
 @pytest.mark.slow
 def test_the_offset_is_learned_again_after_a_self_correction_of_ten_degrees() -> None:
     """It takes two minutes. Some drives have a drift fault until the sensor is steady for five minutes. Each has up to
-    three changes. A random walk of the zero absorbs a part, so they need not sum to ten degrees."""
+    four changes. A random walk of the zero absorbs a part, so they need not sum to ten degrees."""
     step, detected, near, held, cleared = -10.0 * DEGREE, 0, 0, 0, 0
     for seed in range(1, 17):
         columns, truth = driven(CREEPING, seed, 1500.0)
@@ -81,7 +81,7 @@ def test_the_offset_is_learned_again_after_a_self_correction_of_ten_degrees() ->
         cleared += set(faults[-5_000:]) == {lib.OC_FAULT_NONE}
         held += holds(found["offset"], truth.offset_rad + step)
         near += abs(found["offset"]["value"] - truth.offset_rad - step) < 0.4 * DEGREE
-        assert found["changes"] <= 3
+        assert found["changes"] <= 4
         detected += set(faults[70_000:90_000]) == {lib.OC_FAULT_DRIFTING}
     assert near >= 13
     assert held >= 14

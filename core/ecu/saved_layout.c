@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xCC42B3B5u;
+static const uint32_t layout_hash = 0xD0D1EE85u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -32,7 +32,7 @@ static const oc_saved_run state_runs[] = {
     FLOATS_OF_EACH(oc_state, tracking.assignment.watches[0].last, 20, tracking.assignment.watches),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.watches[0].held_ticks, 2, tracking.assignment.watches),
     FLOATS(oc_state, tracking.assignment.levels[0].mean, 64),
-    FLOATS_OF_EACH(oc_state, tracking.assignment.witnesses[0].means[0], 53, tracking.assignment.witnesses),
+    FLOATS_OF_EACH(oc_state, tracking.assignment.witnesses[0].means[0], 54, tracking.assignment.witnesses),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.witnesses[0].steps, 1, tracking.assignment.witnesses),
     FLOATS_OF_EACH(oc_state, tracking.assignment.pairs[0].weights[0], 68, tracking.assignment.pairs),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.pairs[0].halved, 1, tracking.assignment.pairs),
@@ -59,7 +59,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, evidence.gyro_bias.axles[0].has_update, 1, evidence.gyro_bias.axles),
     DOUBLES(oc_state, evidence.gyro_bias.straights.blocks, 25), INTEGERS(oc_state, evidence.gyro_bias.due, 8),
     ENUMS(oc_state, evidence.gyro_bias.status, 1), DOUBLES(oc_state, evidence.wheel_speed.difference, 3),
-    INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 34),
+    INTEGERS(oc_state, evidence.joint.started, 18), FLOATS(oc_state, evidence.joint.second.noise.by_samples[0], 36),
     DOUBLES(oc_state, evidence.joint.speed_mean, 5), FLOATS(oc_state, evidence.joint.removed[0], 4),
     DOUBLES_OF_EACH(oc_state, evidence.joint.changed[0].time, 3, evidence.joint.changed),
     ENUMS_OF_EACH(oc_state, evidence.joint.changed[0].change.kind, 1, evidence.joint.changed),

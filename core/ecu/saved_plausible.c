@@ -83,6 +83,7 @@ static const member doubles[] = {
     {offsetof(oc_state, evidence.gyro_bias.still.weight), 2, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.still.mean), 1, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.still_blocks), 4, NOT_NEGATIVE, 1, 0}, /* to sd */
+    {offsetof(oc_state, evidence.gyro_bias.straights), 5, SUM, 1, 0},
     {offsetof(oc_state, evidence.joint.bank_mean), 1, ESTIMATE, 1, 0},
     {offsetof(oc_state, evidence.joint.crown_bank), 1, ESTIMATE, 1, 0},
     {offsetof(oc_state, evidence.joint.crown_samples), 1, NOT_NEGATIVE, 1, 0},
@@ -118,6 +119,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.removed), 2, ESTIMATE, 1, 0},
     {offsetof(oc_state, evidence.joint.removed_samples), 2, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.joint.checked_s), 4, SUM, 1, 0}, /* to outlying_width */
+    {offsetof(oc_state, evidence.joint.second.noise), 3 * OC_NOISY, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.joint.second.used_s), 2, NOT_NEGATIVE, 1, 0}, /* and trial_s */
     {offsetof(oc_state, evidence.joint.second.second_s), 1, SECOND, 1, 0},
     {offsetof(oc_state, evidence.joint.second.reference), 1, NOT_NEGATIVE, 1, 0},

@@ -574,9 +574,9 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->loads_rare_flank = loads_rare_flank(joint, tracking, design);
     joint->second.weight = weight_of(joint, &tracking->collected, design);
     /* A second of crossing raises the change watch's suspicion, which nothing lowers on a flank that was seldom loaded:
-     * the seconds there prove play. */
-    const bool rare = tracking->loads_rare_flank;
-    const bool doubted = tracking->collected.suspected && !(rare && may_be_play(joint, tracking, design));
-    joint->second.learns = !doubted && (rare || !is_suspected(joint));
+     * the seconds there prove play, unless a zero that drifts leaves the flank uncertain. */
+    const bool doubted = tracking->collected.suspected || is_suspected(joint);
+    const bool rare = tracking->loads_rare_flank && !oc_joint_wanders(joint);
+    joint->second.learns = !doubted || (rare && may_be_play(joint, tracking, design));
     joint->solves_all = 0;
 }

@@ -8,7 +8,6 @@
 /* Tuned, in tuned.toml: joint_answer */
 static const float flank_s = 2.0f; /* s: load until a flank counts as loaded */
 static const float no_play_share = 0.1f; /* of this time that counts for a hypothesis without play */
-static const float width_variance_min = 0.3f; /* share of the width's prior variance with one flank loaded */
 static const float missing_flank_cost = 16.0f; /* cost of a hypothesis for a flank not loaded since it began */
 static const float width_error = 0.2f * 0.017453292f; /* rad: sd of the play by the yaw rate's lag; also by snow */
 static const float rolling_share = 0.07f; /* sd of K over K: body roll adds to the accelerometer's reading */
@@ -50,9 +49,9 @@ float oc_joint_steered_by(const oc_joint *joint) {
     return steered ? fabsf(joint->outlying_sum / joint->outlying_s) : 0.0f;
 }
 
-/* The share that a flank lacks of its required time. */
+/* The share that a flank lacks of its required time, 0 to 1. */
 static float lack(float share) {
-    return oc_max(1.0f - share, 0.0f);
+    return oc_clamp(1.0f - share, 0.0f, 1.0f);
 }
 
 /* 1/s, one over the time until a flank counts as loaded: longer where seconds are correlated. */
@@ -67,7 +66,7 @@ static float flank_rate(const oc_hypothesis *h) {
 static float unloaded_width_variance(const oc_hypothesis *h, float width_sd, float unloaded, float loaded) {
     const float little = lack(2.0f * h->play.half_width / oc_joint_little_play());
     const float lack_of_flank = lack(loaded);
-    const float doubtful = lack_of_flank * oc_max(unloaded, width_variance_min * lack_of_flank * lack_of_flank);
+    const float doubtful = lack_of_flank * oc_max(unloaded, lack_of_flank * lack_of_flank);
     return oc_max(doubtful, little * lack(no_play_share * loaded)) * width_sd * width_sd;
 }
 

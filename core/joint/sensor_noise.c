@@ -1,5 +1,7 @@
 #include "sensor_noise.h"
 
+#include <stdbool.h>
+
 #include "bounds.h"
 
 /* Derived. */
@@ -7,6 +9,7 @@ static const float kick_share = 9.0f; /* 3^2: beyond 3 standard deviations the c
 
 /* Tuned, in tuned.toml: sensor_noise */
 static const float kick_min[OC_NOISY] = {0.01f, 3e-06f}; /* (m/s^2)^2, (rad/s)^2: squares of 0.1 m/s^2 and 0.1 deg/s */
+static const float held_share = 0.8f; /* share of samples after a constant raw signal from which it is held */
 /* end */
 
 void oc_noise_setup(oc_noise_design *design, const oc_lowpass *lowpass, double rate_hz, int32_t ticks_per_sample) {
@@ -38,9 +41,15 @@ void oc_noise_update(oc_noise *noise, oc_noise_watch *watch, const oc_noise_desi
                      const float *raw, float share) {
     average_noise(noise->by_samples, &watch->samples, filtered, design->by_samples, share);
     average_noise(noise->by_ticks, &watch->ticks, raw, design->by_ticks, share);
+    for (int32_t k = 0; k < OC_NOISY; ++k) {
+        const float last = watch->ticks.last[k];
+        const bool is_held = raw[k] == last || last == watch->ticks.before[k];
+        noise->held[k] += share * ((is_held ? 1.0f : 0.0f) - noise->held[k]);
+    }
     shift_past(&watch->samples, filtered);
 }
 
 float oc_noise_in_mean(const oc_noise *noise, int32_t signal) {
-    return oc_min(noise->by_samples[signal], noise->by_ticks[signal]);
+    const float by_samples = noise->by_samples[signal];
+    return noise->held[signal] > held_share ? by_samples : oc_min(by_samples, noise->by_ticks[signal]);
 }

@@ -4,7 +4,8 @@
  *
  * A truck's motion is linear over three samples of 0.1 s and over three ticks, so second differences are noise: of
  * filtered signals at 2 to 4 Hz, of raw ones near half the tick rate. White noise has the same variance in both, and
- * below 1 Hz. A truck's vibration is mostly in one of them, so the minimum counts. */
+ * below 1 Hz. A truck's vibration is mostly in one of them, so the minimum counts. Held
+ * values have no noise between ticks, so then the samples' counts. */
 
 #include <stdint.h>
 
@@ -26,9 +27,9 @@ typedef struct {
     oc_noise_past samples, ticks;
 } oc_noise_watch;
 
-/* (m/s^2)^2 and (rad/s)^2, in a second's mean. */
+/* (m/s^2)^2 and (rad/s)^2, in a second's mean. `held`: share of the samples at which the raw signal repeats itself. */
 typedef struct {
-    float by_samples[OC_NOISY], by_ticks[OC_NOISY];
+    float by_samples[OC_NOISY], by_ticks[OC_NOISY], held[OC_NOISY];
 } oc_noise;
 
 void oc_noise_setup(oc_noise_design *design, const oc_lowpass *lowpass, double rate_hz, int32_t ticks_per_sample);
@@ -40,7 +41,7 @@ void oc_noise_tick(oc_noise_watch *watch, const float *raw);
 void oc_noise_update(oc_noise *noise, oc_noise_watch *watch, const oc_noise_design *design, const float *filtered,
                      const float *raw, float share);
 
-/* Variance in a second's mean. */
+/* Variance in a second's mean; by the samples where the raw signal is held for several ticks. */
 float oc_noise_in_mean(const oc_noise *noise, int32_t signal);
 
 #endif

@@ -87,6 +87,7 @@ oc_error oc_answer_get(const oc_state *state, const oc_coefficients *c, oc_answe
     answer->loaded_left_s = (double)now->joint.loaded_left_s;
     answer->loaded_right_s = (double)now->joint.loaded_right_s;
     answer->unexplained = sqrt((double)now->joint.second.reference);
+    answer->yaw_rate_noise = sqrt((double)oc_noise_in_mean(&now->joint.second.noise, OC_NOISE_OF_YAW_RATE));
     answer->steered_by = (double)oc_joint_steered_by(&now->joint);
     answer->steered_s = answer->steered_by > 0.0 ? fabs((double)now->joint.outlying_s) : 0.0;
     answer->steered_since_s = answer->steered_by > 0.0 ? (double)now->joint.outlying_since_s : 0.0;

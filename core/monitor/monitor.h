@@ -228,6 +228,7 @@ typedef struct {
     double loaded_left_s, loaded_right_s;     /* s of lateral force that loaded a flank; joint method */
     double lacking_to_left, lacking_to_right; /* s of lateral force that the flanks still need; joint method */
     double unexplained;                       /* rad, sd of the prediction error of a second's mean; joint method */
+    double yaw_rate_noise;                    /* rad/s, sd of a second's mean; joint method */
     double steered_s, steered_since_s, steered_by; /* s, s of used driving, rad: something seems to steer; 0: nothing */
     double offset_per_yaw_rate_bias; /* s: rad of offset per rad/s, mean of i*L/v, (48); joint method: i*L/mean(v) */
     double bank_mean;                      /* m/s^2, above the minimum speed */

@@ -24,6 +24,7 @@ static const float spread_steps = 40.0f; /* minimum number of steps of equal mot
 static const float like = 0.5f; /* minimum likeness of two signals of one motion; on straight motorways it is 0.65 */
 static const float unlike = 0.3f; /* maximum likeness of two signals of different motion */
 static const float beside_noise = 0.05f; /* ratio of sizes below which the larger one is no motion of a truck */
+static const float motion_share_min = 0.3f; /* share of motion in the changes from which signals are called unlike */
 static const float lag_cost = 0.03f; /* share of the likeness that a lag of a step costs */
 static const float distinct = 0.92f; /* maximum likeness 0.4 s beside the lag over that at the lag */
 static const float one_side = 0.02f; /* maximum share of the other side of a signal without sign */
@@ -39,6 +40,11 @@ void oc_witness_add(oc_witness *witness, int32_t place, bool has, float raw, flo
     const float earlier = 0.5f * (means[(now - 5) & MEANS] + means[(now - 6) & MEANS]);
     witness->changes[place & CHANGES] = later - earlier;
     witness->steps = has ? witness->steps + 1 : 0;
+    if (witness->steps > 2) { /* a truck's motion is nearly linear over three steps */
+        const float bent = lateral - 2.0f * means[(now - 1) & MEANS] + means[(now - 2) & MEANS];
+        const float most = typical_growth * witness->typical + typical_min;
+        witness->noise += typical_share * (oc_min(bent * bent / 6.0f, most * most) - witness->noise); /* 1 + 4 + 1 */
+    }
     if (has) {
         const float size = fabsf(later - earlier), largest = typical_growth * witness->typical + typical_min;
         witness->typical += typical_share * (oc_min(size, largest) - witness->typical);
@@ -153,13 +159,21 @@ static bool is_spread(const oc_signal_pair *pair) {
     return motion * motion > spread_steps * pair->motion_squares;
 }
 
-void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair *pair, float step_s) {
+/* Share of a signal's squared changes that is not noise. */
+static float motion_of(const oc_witness *witness, float squares, float steps) {
+    return oc_clamp(1.0f - witness->noise * steps / (squares + no_motion), 0.0f, 1.0f);
+}
+
+void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair *pair, const oc_witness *of_first,
+                            const oc_witness *of_second, float step_s) {
     const int32_t best = best_lag(pair);
     const bool slow = pair->slow_steps >= (pair->halved != 0 ? 0.5f : 1.0f) * slow_steps_min &&
                       oc_max(pair->slow_first, pair->slow_second) > motion_min;
     const float first = slow ? pair->slow_first : pair->first, second = slow ? pair->slow_second : pair->second;
     *comparison = (oc_pair_comparison){
         .likeness = pair->products[best] / (sqrtf(pair->first * pair->second) + no_motion),
+        .motion = sqrtf(motion_of(of_first, pair->first, pair->steps) *
+                        motion_of(of_second, pair->second, pair->steps)),
         .lag_s = (float)(best - OC_LAGS) * step_s,
         .size = sqrtf(first / (second + no_motion)),
         .is_slow = slow,
@@ -179,7 +193,9 @@ bool oc_pair_is_unlike(const oc_pair_comparison *pair, bool trusts_first, bool t
     const float expected = oc_min(pair->size, 1.0f / oc_max(pair->size, no_motion));
     const bool too_small = (trusts_first && pair->size > 1.0f) || (trusts_second && pair->size < 1.0f);
     const bool comparable = expected > unlike || too_small || (pair->both_move && expected < beside_noise);
-    return pair->enough && comparable && fabsf(pair->likeness) < unlike * oc_max(expected, unlike);
+    const bool is_motion = pair->motion > motion_share_min;
+    return pair->enough && is_motion && comparable &&
+           fabsf(pair->likeness) < unlike * pair->motion * oc_max(expected, unlike);
 }
 
 bool oc_witness_is_one_sided(const oc_witness *witness) {

@@ -13,6 +13,7 @@ typedef struct {
     float means[OC_MEAN_RING];
     float changes[OC_CHANGE_RING];
     float typical;             /* m/s^2, mean size of a change */
+    float noise;               /* (m/s^2)^2, variance of a change by white noise */
     float low, high;           /* of the signal itself, in its unit */
     float left_s, right_s;     /* s to either side */
     int32_t steps;             /* successive ones */
@@ -33,6 +34,7 @@ typedef struct {
 typedef struct {
     float likeness;            /* -1 to 1, at the lag with the largest size */
     float lag_s;               /* of the second */
+    float motion;              /* share of the motion in both signals' changes, the rest is noise; 0 to 1 */
     float size;                /* of the first's motion over that of the second; at low speed if `is_slow` */
     bool is_slow;
     bool enough, both_move;
@@ -46,7 +48,8 @@ void oc_witness_add(oc_witness *witness, int32_t place, bool has, float raw, flo
 void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_witness *second, int32_t place,
                         bool slow);
 
-void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair *pair, float step_s);
+void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair *pair, const oc_witness *first,
+                            const oc_witness *second, float step_s);
 
 /* -1 or 1: the signals move together, with this sign; 0: they do not, or too little. */
 int32_t oc_pair_agreement(const oc_pair_comparison *pair);

@@ -62,6 +62,7 @@ class OcAnswer(TypedDict):
     lacking_to_left: float
     lacking_to_right: float
     unexplained: float
+    yaw_rate_noise: float
     steered_s: float
     steered_since_s: float
     steered_by: float

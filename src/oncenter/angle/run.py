@@ -89,8 +89,8 @@ def angle(
         OncenterError: "missing_signal" (exit 1); "method", "params", "sensor_lost_at", "track_width" (exit 2).
     """
     vehicle = vehicle_of(vehicle, "angle")
-    vehicle, _, _ = with_traffic_side(vehicle, (signals, *taught_by), before, events)
     _check(signals, vehicle, method, sensor_lost_at)
+    vehicle, _, _ = with_traffic_side(vehicle, (signals, *taught_by), before, events)
     (signals, *taught_by), unfit = without_unfit_wheels(
         without_contradicted_statuses((signals, *taught_by))[0], vehicle
     )

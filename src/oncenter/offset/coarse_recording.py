@@ -6,8 +6,8 @@ standard deviation is that of rounding to the step, step/sqrt(12), independent o
 the offset like a bias of the yaw rate.
 
 **Rate.** With fewer samples in a second, more sensor noise remains in its mean, which flattens the fitted slopes. The
-core corrects that from 80 Hz up (sensor_noise.c); below, vibration hides the noise. Interpolated and repeated
-values are no measurements.
+core measures and corrects that (sensor_noise.c), and its interval includes what remains. Interpolated values of a rate
+below the core's are no measurements.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ from oncenter.findings import Finding, Kind, finding
 from oncenter.plausibility.presence import coarse_step, held_rate_hz
 from oncenter.read.clock import is_too_slow_for_the_core
 from oncenter.signals import DEGREE, Signals
+from oncenter.tuned import TUNED
 
 _LIMIT = "gyro_bias_half_width_max_rad_s"
 _ROUNDED_SD = 1.0 / math.sqrt(12.0)  # of the step
@@ -103,11 +104,28 @@ def _wider(estimate: _core.OcEstimate, more_sd: float, judged_sd: float, half_wi
     return wider
 
 
-def coarse_recording_findings(native: _core.OcAnswer, coarse: Coarseness, method: Method) -> list[Finding]:
-    """The findings on a recording that is too coarse for the method."""
+def coarse_recording_findings(
+    native: _core.OcAnswer, coarse: Coarseness, method: Method, params: Mapping[str, float]
+) -> list[Finding]:
+    """The findings on a recording that is too coarse or too noisy for the method."""
     of_steps = coarse.yaw_rate_step > 0.0 and method != "wheel-speed"
-    steps = [_of_steps(native, coarse.yaw_rate_step)] if of_steps else []
-    return [*steps, _of_rate(coarse.rate_hz)] if coarse.rate_hz > 0.0 else steps
+    found = [_of_steps(native, coarse.yaw_rate_step)] if of_steps else []
+    if coarse.rate_hz > 0.0:
+        found.append(_of_rate(coarse.rate_hz))
+    if method == "joint" and _noise_decides(native, params):
+        found.append(_of_noise(native))
+    return found
+
+
+def _sd_by_noise(native: _core.OcAnswer) -> float:
+    """rad, part of the offset's standard deviation (joint_answer.c)."""
+    return TUNED["joint_answer.per_yaw_rate_noise"] * native["yaw_rate_noise"]
+
+
+def _noise_decides(native: _core.OcAnswer, params: Mapping[str, float]) -> bool:
+    """Whether the offset would be accurate enough without the noise of the yaw rate."""
+    limit, sd = params["offset_drive_half_width_max_rad"] / 1.96, native["offset_parts"]["drive_sd"]
+    return limit**2 < sd**2 < limit**2 + _sd_by_noise(native) ** 2
 
 
 @finding("recorded_slowly", "warning", "Hz")
@@ -117,6 +135,18 @@ def _of_rate(found: Kind, rate_hz: float) -> Finding:
         f"recorded at {rate_hz:.3g} Hz, which is too slow to identify the sensor noise. The interval of the "
         f"offset is therefore {1.0 + _SCATTER_HZ / rate_hz:.2g} times as wide. Record at 100 Hz",
         rate_hz,
+    )
+
+
+@finding("yaw_rate_noisy", "warning", "deg/s")
+def _of_noise(found: Kind, native: _core.OcAnswer) -> Finding:
+    """The noise of the yaw rate keeps the offset from being accurate enough."""
+    noise_deg_s = native["yaw_rate_noise"] / DEGREE
+    return found(
+        f"the yaw rate has a noise of {noise_deg_s:.2g} deg/s in the mean of a second, which adds "
+        f"±{1.96 * _sd_by_noise(native) / DEGREE:.1f} deg to the interval of the offset. The offset is not accurate "
+        "enough with it. Record at a higher rate, or low-pass the signals before they are thinned",
+        noise_deg_s,
     )
 
 

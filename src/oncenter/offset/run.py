@@ -356,7 +356,7 @@ def _whole(result: _Result, vehicle: Vehicle, method: Method, params: Mapping[st
     if method == "joint" and answer.offset.value is not None:
         answer = replace(answer, by_priors=tuple(by_priors(lambda other: _offset_by(result, vehicle, other), params)))
     answer = without_faulty_estimates(answer, contradicts=moves or is_implausible(native))
-    found = coarse_recording_findings(native, result.coarse, method)
+    found = coarse_recording_findings(native, result.coarse, method, params)
     answer = replace(answer, findings=(*result.left_out, *answer.findings, *found))
     if result.together is None:
         return (

@@ -52,7 +52,8 @@ def fitted_vehicle(
     if found is None:
         return None
     fitted, last = found
-    as_good = last["unexplained"] < _WORSE_MAX * first["unexplained"]
+    walked = first["offset_walks"] and not last["offset_walks"]  # an offset that walks follows any model's errors
+    as_good = walked or last["unexplained"] < _WORSE_MAX * first["unexplained"]
     return fitted if as_good and _is_far(fitted.wheelbase_m, vehicle) else None
 
 

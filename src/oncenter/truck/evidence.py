@@ -84,7 +84,7 @@ def _mode(h: Any, solved: Any, noise: float, joint: Any, design: Any, prior: Any
     cost, spread = _flanks(h, joint, noise, float(design["steering_ratio"]))
     spread += np.diag(
         [
-            TUNED["joint_answer.offset_error"] ** 2 + (TUNED["joint_answer.walk_step"] if h["walks"] else 0.0) ** 2,
+            _mismatch_variance(joint) + (TUNED["joint_answer.walk_step"] if h["walks"] else 0.0) ** 2,
             TUNED["joint_answer.width_error"] ** 2,
             TUNED["joint_answer.unloading_error"] ** 2,
         ]
@@ -145,6 +145,16 @@ def _lack(share: float) -> float:
     return max(1.0 - share, 0.0)
 
 
+def _mismatch_variance(joint: Any) -> float:
+    """Of the offset, rad^2 (core/joint/joint_answer.c)."""
+    noise = joint["second"]["noise"]
+    held, by_samples = np.array(noise["held"]), np.array(noise["by_samples"])
+    is_held = held > TUNED["sensor_noise.held_share"]
+    of_mean = np.where(is_held, by_samples, np.minimum(by_samples, noise["by_ticks"]))
+    per = np.array([TUNED["joint_answer.per_acceleration_noise"], TUNED["joint_answer.per_yaw_rate_noise"]])
+    return float(TUNED["joint_answer.offset_error"] ** 2 + np.sum(per**2 * of_mean))
+
+
 def _flanks(h: Any, joint: Any, noise: float, ratio: float) -> tuple[float, Numbers]:
     """Cost of a hypothesis, and the covariance of theta for a flank that was not loaded (core/joint/joint_answer.c).
 
@@ -158,7 +168,7 @@ def _flanks(h: Any, joint: Any, noise: float, ratio: float) -> tuple[float, Numb
     of_drive, missing = _lack(rate * min(left_s, right_s)), _lack(loaded)
     little = _lack(2.0 * float(h["play"]["half_width"]) / TUNED["joint_model.little_play"])
     share = max(
-        missing * TUNED["joint_answer.width_variance_min"] * missing**2,
+        missing**3,
         little * _lack(TUNED["joint_answer.no_play_share"] * loaded),
     )
     variance = share * PRIORS["WIDTH"][1] ** 2 + (missing * _RIDGE_RAD) ** 2

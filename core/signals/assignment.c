@@ -193,6 +193,10 @@ static void compare_motion(oc_assignment *a, const oc_assignment_design *d, cons
     a->place = (a->place + 1) & (OC_CHANGE_RING - 1);
 }
 
+void oc_assignment_compare(oc_pair_comparison *comparison, const oc_assignment *a, int32_t p, float step_s) {
+    oc_signal_pair_compare(comparison, &a->pairs[p], &a->witnesses[first_of[p]], &a->witnesses[second_of[p]], step_s);
+}
+
 /* A fault that nothing shows any more ends. */
 static void recover(oc_assignment *a, float step_s) {
     a->recovering_s -= step_s;

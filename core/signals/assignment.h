@@ -80,6 +80,9 @@ void oc_assignment_setup(oc_assignment_design *design, double ratio_times_wheelb
 void oc_assignment_update(oc_assignment *assignment, const oc_assignment_design *design, const oc_signals *tick,
                           uint32_t sent);
 
+/* Compares the two signals of a pair. */
+void oc_assignment_compare(oc_pair_comparison *comparison, const oc_assignment *assignment, int32_t pair, float step_s);
+
 /* Names the fault by what was collected so far. */
 void oc_assignment_judge(oc_assignment *assignment, const oc_assignment_design *design);
 

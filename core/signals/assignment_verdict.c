@@ -101,13 +101,6 @@ static bool judge_each(oc_assignment *a, const oc_assignment_design *d) {
     return judge_range(a);
 }
 
-static const int32_t witnesses_of[OC_PAIRS][2] = {
-    [OC_PAIR_ANGLE_YAW_RATE] = {OC_BY_ANGLE, OC_BY_YAW_RATE},
-    [OC_PAIR_YAW_RATE_ACCELERATION] = {OC_BY_YAW_RATE, OC_BY_ACCELERATION},
-    [OC_PAIR_ANGLE_ACCELERATION] = {OC_BY_ANGLE, OC_BY_ACCELERATION},
-    [OC_PAIR_YAW_RATE_WHEELS] = {OC_BY_YAW_RATE, OC_BY_WHEELS},
-};
-
 /* Whether `one` has no sign, by the sides of the other. */
 static bool is_magnitude(const oc_witness *one, const oc_witness *other, const oc_signal_pair *pair, float left,
                          float right) {
@@ -117,9 +110,11 @@ static bool is_magnitude(const oc_witness *one, const oc_witness *other, const o
 static bool judge_magnitude(oc_assignment *a, const oc_pair_comparison *of) {
     static const int32_t bits[OC_PAIR_YAW_RATE_WHEELS][2] = {
         {ANGLE_BIT, YAW_RATE_BIT}, {YAW_RATE_BIT, ACCELERATION_BIT}, {ANGLE_BIT, ACCELERATION_BIT}};
+    static const int32_t witnesses[OC_PAIR_YAW_RATE_WHEELS][2] = {
+        {OC_BY_ANGLE, OC_BY_YAW_RATE}, {OC_BY_YAW_RATE, OC_BY_ACCELERATION}, {OC_BY_ANGLE, OC_BY_ACCELERATION}};
     for (int32_t p = 0; p < OC_PAIR_YAW_RATE_WHEELS; ++p) {
         const oc_signal_pair *pair = &a->pairs[p];
-        const oc_witness *one = &a->witnesses[witnesses_of[p][0]], *two = &a->witnesses[witnesses_of[p][1]];
+        const oc_witness *one = &a->witnesses[witnesses[p][0]], *two = &a->witnesses[witnesses[p][1]];
         const bool first = is_magnitude(one, two, pair, pair->left_of_second, pair->right_of_second);
         const bool second = is_magnitude(two, one, pair, pair->left_of_first, pair->right_of_first);
         if (of[p].enough && (first || second)) {
@@ -231,8 +226,7 @@ static bool judge_lag(oc_assignment *a, const oc_pair_comparison *of) {
 void oc_assignment_judge(oc_assignment *a, const oc_assignment_design *d) {
     oc_pair_comparison of[OC_PAIRS];
     for (int32_t p = 0; p < OC_PAIRS; ++p) {
-        const oc_witness *first = &a->witnesses[witnesses_of[p][0]], *second = &a->witnesses[witnesses_of[p][1]];
-        oc_signal_pair_compare(&of[p], &a->pairs[p], first, second, d->step_s);
+        oc_assignment_compare(&of[p], a, p, d->step_s);
     }
     (void)(judge_each(a, d) || judge_magnitude(a, of) || judge_sign(a, of) || judge_relation(a, of) ||
            judge_scale(a, d, of) || judge_lag(a, of));

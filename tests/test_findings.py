@@ -714,3 +714,13 @@ def test_a_lost_angle_sensor_is_dated_and_each_line_names_its_code() -> None:
 @pytest.mark.parametrize(("lacking_s", "demanded"), [(0.1, "60 s"), (60.0, "60 s"), (60.1, "120 s")])
 def test_a_driving_demand_is_whole_minutes_and_never_less_than_lacking(lacking_s: float, demanded: str) -> None:
     assert demand(lacking_s) == demanded
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_a_step_of_the_sensor_is_not_taken_for_play_on_a_flank_that_is_seldom_loaded(seed: int) -> None:
+    """Seconds there that were learned from while a change was suspected became 3 to 5 deg of play."""
+    drive, truth = oc.simulate("remounted_sensor", seed=seed)
+    answer = oc.offset(drive, TRUCK)
+    assert "offset_changed" in by_code(answer)
+    assert answer.offset.status == "valid"
+    assert answer.offset.value == pytest.approx(truth.offset_rad, abs=0.3 * DEGREE)

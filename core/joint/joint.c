@@ -461,15 +461,6 @@ static bool is_due(const oc_joint *joint, int32_t k) {
     return joint->second.used_s < solve_all_until_s || (joint->in_long_block + k) % every == 0;
 }
 
-/* Whether wider play would explain the last prediction error: it has the side of the flank that is loaded. */
-static bool may_be_play(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
-    int32_t side = 0;
-    for (int32_t n = 0; n < tracking->collected.count; ++n) {
-        side += flank_of(joint, design, &tracking->collected.samples[n]);
-    }
-    return (float)side * joint->hypotheses[joint->best].error >= 0.0f;
-}
-
 /* Adds the collected samples up to the end of a second of evidence. At most one ends among them. */
 static void take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, int32_t k) {
     oc_hypothesis *h = &joint->hypotheses[k];
@@ -573,10 +564,6 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->min_error = 1e9f;
     tracking->loads_rare_flank = loads_rare_flank(joint, tracking, design);
     joint->second.weight = weight_of(joint, &tracking->collected, design);
-    /* A second of crossing raises the change watch's suspicion, which nothing lowers on a flank that was seldom loaded:
-     * the seconds there prove play, unless a zero that drifts leaves the flank uncertain. */
-    const bool doubted = tracking->collected.suspected || is_suspected(joint);
-    const bool rare = tracking->loads_rare_flank && !oc_joint_wanders(joint);
-    joint->second.learns = !doubted || (rare && may_be_play(joint, tracking, design));
+    joint->second.learns = !tracking->collected.suspected && !is_suspected(joint);
     joint->solves_all = 0;
 }

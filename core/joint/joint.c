@@ -512,8 +512,10 @@ static bool end_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
     if (has_evidence) {
         const bool learned = joint->second.learns;
         watch_for_change(joint, tracking, last_offset, time);
-        if (learned) {
+        if (!tracking->collected.suspected) {
             count_outlying(joint, tracking, design);
+        }
+        if (learned) {
             oc_joint_end_second(joint, design);
         }
     }

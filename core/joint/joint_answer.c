@@ -197,6 +197,7 @@ void oc_joint_note_change(oc_joint *joint, const oc_change *change, const oc_est
         .change = *change,
     };
     ++joint->changes;
+    joint->outlying_s = joint->outlying_sum = joint->outlying_since_s = 0.0f; /* they were of the change */
     const float worth_s = joint->second.reference / (change->size_sd * change->size_sd); /* seconds of this variance */
     if (change->kind != OC_CHANGE_OFFSET) {
         oc_joint_change_load(joint);

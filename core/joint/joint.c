@@ -289,11 +289,11 @@ static float mean_load(const oc_joint *joint, const oc_joint_tracking *tracking)
     return sum / (float)tracking->collected.count;
 }
 
-/* Whether the last prediction error is far from what play, tyres and noise explain. Tyres with less grip need more
- * angle in the load's direction. */
+/* Whether the last prediction error is far from what play, tyres, tight bends and noise explain. Tyres with less grip
+ * need more angle in the load's direction. */
 static bool is_outlying(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    const float error = fabsf(best->error), load = mean_load(joint, tracking);
+    const float error = fabsf(best->error) * sqrtf(joint->second.weight), load = mean_load(joint, tracking);
     const float along = best->error > 0.0f ? load : -load;
     const float by_tyres = design->hypothesis.steering_ratio * outlying_gradient * oc_max(along, 0.0f);
     const bool firm = !tracking->loads_rare_flank && loads_one_flank(joint, tracking, design);

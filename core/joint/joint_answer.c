@@ -22,7 +22,7 @@ static const float gradient_share_sd = 0.7f; /* sd of K over K without an accele
 static const float walk_step = 0.5f * 0.017453292f; /* rad: sd of the offset by the next step of one that walks */
 /* share of seconds far from the prediction on one side if something steers */
 static const float steered_share = 0.006f;
-static const float steered_checked_s = 300.0f; /* s: minimum of checked evidence for this share */
+static const float steered_checked_s = 400.0f; /* s: minimum of checked evidence for this share */
 static const float moment_s = 1.0f; /* s: load on a flank after which a found play needs no more */
 /* end */
 

@@ -159,7 +159,7 @@ TUNED = {  # by file and name
     "joint_answer.gradient_share_sd": 0.7,
     "joint_answer.walk_step": 0.008726646259971648,
     "joint_answer.steered_share": 0.006,
-    "joint_answer.steered_checked_s": 300.0,
+    "joint_answer.steered_checked_s": 400.0,
     "joint_answer.moment_s": 1.0,
     "joint_method.zero_walk_sd": 0.3,
     "joint_method.crown_share_sd": 0.35,

@@ -169,3 +169,15 @@ def test_fast_steering_in_a_yard_is_no_jump() -> None:
     yaw_rate = angle * 3.0 / (RATIO * WHEELBASE)
     columns = {"time_s": t, ANGLE: angle, YAW_RATE: yaw_rate, SPEED: np.full(30_000, 3.0) + 1e-3 * np.sin(t * 9.0)}
     assert judged(columns | {ACCELERATION: 3.0 * yaw_rate})[0] == "none"
+
+
+def test_wheels_that_cross_their_play_within_a_second_are_no_noise() -> None:
+    columns = healthy(speed_m_s=22.0)
+    t = columns["time_s"]
+    crossing = np.where((t > 100.0) & (t < 240.0), 7.5 * DEGREE * np.sign(np.sin(2.0 * np.pi * t / 1.1)), 0.0)
+    straight = np.where((t > 90.0) & (t < 250.0), 0.02, 1.0)
+    bends = {name: columns[name] * straight for name in (ANGLE, YAW_RATE)}
+    bends[ACCELERATION] = (columns[ACCELERATION] - 0.2) * straight + 0.2
+    for name in REAR:
+        bends[name] = columns[SPEED] + (columns[name] - columns[SPEED]) * straight
+    assert judged(columns | bends | {ANGLE: bends[ANGLE] + crossing})[0] == "none"

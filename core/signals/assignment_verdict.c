@@ -22,7 +22,7 @@ static const float lag_acceleration = 0.25f; /* s: maximum lag between lateral a
 static const float lag_acceleration_late = 0.75f; /* s: maximum lag of the lateral acceleration */
 static const float lag_wheels = 0.15f; /* s: maximum lag of the yaw rate behind the wheel speeds */
 /* of the signal: minimum standard deviation of noise */
-static const float noise_sd_min[OC_WATCHED] = {0.05f, 0.015f, 1.0f, 1.0f};
+static const float noise_sd_min[OC_WATCHED] = {0.2f, 0.015f, 1.0f, 1.0f};
 static const float sized_like = 0.7f; /* minimum likeness of two signals whose sizes are compared */
 /* usual size of the first motion of a pair over the second at low speed, minimum */
 static const float slow_size_min[OC_PAIRS] = {0.62f, 0.65f, 0.6f, 0.4f};

@@ -272,6 +272,12 @@ def test_the_page_says_what_the_command_says(page: Page, log: Path, capsys: pyte
     assert status == 200 and b"Straight-ahead offset" in report and str(page.trucks.parent).encode() not in report
 
 
+def test_the_form_states_nothing_that_nobody_answered(page: Page) -> None:
+    _, form = page.ask("GET", "/")
+    chosen = re.findall(r'<input type="radio" name="(\w+)" value="(\w*)" checked>', form.decode())
+    assert chosen == [("axle_layout", ""), ("traffic_side", "")]
+
+
 def test_a_truck_that_nobody_describes_has_an_answer_too(page: Page, log: Path) -> None:
     (page.trucks / "side.toml").parent.mkdir(exist_ok=True)
     kept = page.said(

@@ -33,9 +33,9 @@ from oncenter.verdict.states import STATES, style
 
 _ADDRESS = "127.0.0.1"
 _LOG_S = 86_400.0  # for a log to come
-_CHOICES = {  # of the form, by field; the first is chosen
+_CHOICES = {  # of the form, by field; the first is chosen, and nobody who does not answer states a thing
     "axle_layout": {"": ENGLISH["not_known"], **{axles: axles for axles in KEYS["axle_layout"].choices}},
-    "traffic_side": {side: ENGLISH[side] for side in KEYS["traffic_side"].choices},
+    "traffic_side": {"": ENGLISH["not_known"], **{side: ENGLISH[side] for side in KEYS["traffic_side"].choices}},
 }
 _UNITS = {"wheelbase_m": "m", "limit": "deg", "applied": "deg"}  # in which a number without unit is
 _PRINT = b'<script>addEventListener("load", () => setTimeout(print, 1000))</script>'  # once the pictures are drawn

@@ -27,6 +27,7 @@ SMALL = {
     "live": "--seconds 20",
     "noisy_logs": "FOLDER --smoke --jobs 1",
     "one_truck": "FOLDER --smoke --jobs 1",
+    "sensitivity": "FOLDER RESULTS --smoke --jobs 1",
     "sensor_faults": "--smoke --jobs 1",
     "simulate": "--minutes 0.5 --rounds 1",
     "unknown_truck": "--smoke --jobs 1",
@@ -51,7 +52,9 @@ def test_no_bench_is_left_out() -> None:
 def test_a_bench_runs(name: str, tmp_path: Path) -> None:
     if name == "live":
         skip_without_browser()
-    arguments = SMALL[name].replace("FOLDER", str(tmp_path / "fleet")).split()
+    arguments = (
+        SMALL[name].replace("FOLDER", str(tmp_path / "fleet")).replace("RESULTS", str(tmp_path / "results")).split()
+    )
     done = subprocess.run(
         [sys.executable, BENCH / f"{name}.py", *arguments], capture_output=True, text=True, check=False, cwd=tmp_path
     )

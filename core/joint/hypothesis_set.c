@@ -10,7 +10,6 @@ static const float one_degree = 0.017453292f; /* rad, pi/180 */
 
 /* Tuned, in tuned.toml: hypothesis_set */
 static const float same_place = 0.1f * 0.017453292f; /* rad: maximum difference of B/2, W/2 and o of like hypotheses */
-static const float counterpart_place = 0.5f * 0.017453292f; /* rad: the same of B/2 to a counterpart */
 static const float drift_cost = 3.0f; /* initial cost of a drifting zero: odds of 1 to 20 */
 static const float play_cost = 4.5f; /* initial cost of another play after an ignition: odds of 1 to 90 */
 static const float walk_cost = 3.0f; /* initial cost of an offset that walks, after an alarm: odds of 1 to 20 */
@@ -124,8 +123,7 @@ static bool has_counterpart(const oc_joint *joint) {
     for (int32_t k = 0; k < joint->count; ++k) {
         const oc_hypothesis *h = &joint->hypotheses[k];
         if (h->wanders != best->wanders && h->walks == best->walks &&
-            h->cost < best->cost + (float)OC_JOINT_REJECT_COST &&
-            fabsf(h->play.half_width - best->play.half_width) < counterpart_place) {
+            h->cost < best->cost + (float)OC_JOINT_REJECT_COST) {
             return true;
         }
     }

@@ -109,7 +109,6 @@ TUNED = {  # by file and name
     "hypothesis_equations.removed_share": 0.75,
     "hypothesis.walk_sd": 0.013962634015954637,
     "hypothesis_set.same_place": 0.0017453292519943296,
-    "hypothesis_set.counterpart_place": 0.008726646259971648,
     "hypothesis_set.drift_cost": 3.0,
     "hypothesis_set.play_cost": 4.5,
     "hypothesis_set.walk_cost": 3.0,

@@ -59,7 +59,6 @@ static const float loading_s = 60.0f; /* s: minimum length of such a stop */
 static const float learning_memory_s = 600.0f; /* s: memory of T, of the error's scale and of the side slip's terms */
 static const float learned_s = 30.0f; /* s: comparison until its scale of the error replaces the factor 2 */
 static const float unbanked_share = 0.3f; /* sd of K over K while the accelerometer is lost */
-static const float unbanked_sd = 0.2f; /* m/s^2: sd of a_0 while the accelerometer is lost, on all roads */
 static const float cube_angle_min = 0.15f; /* rad: front wheel angle beyond which its cube is learned */
 static const float cube_speed = 3.0f; /* m/s: minimum speed for learning the cube */
 static const float flattened_max = 0.3f; /* maximum error over the estimate for learning the cube */
@@ -161,7 +160,7 @@ static float zero_walk_variance(const oc_angle_tracking *t, const oc_angle_truck
 /* Without an accelerometer neither the bank of a bend nor all of the lateral force is identifiable. */
 static float neutral_sd_of(const oc_angle_tracking *t, const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const float sd = sqrtf(truck->unloading_sd * truck->unloading_sd + zero_walk_variance(t, truck));
-    return tick->accelerometer_lost ? sd + unbanked_sd : sd;
+    return tick->accelerometer_lost ? sd + tick->bank_sd : sd;
 }
 
 static float gradient_sd_of(const oc_angle_truck *truck, const oc_angle_tick *tick) {

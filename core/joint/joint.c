@@ -39,7 +39,6 @@ static const float tag_axle_shortening = 0.15f; /* share of the wheelbase at whi
 static const float tag_axle_fade = 0.1f; /* share over which c fades; up to 5 % is a vehicle file's error */
 static const float tyre_share_in_bends = 0.7f; /* share of r v on the tyres without an accelerometer */
 static const float bend_error = 0.002f; /* 1/rad: error over the squared angle of a bend, 1 deg at 24 m */
-static const float unmeasured_bank = 0.2f; /* m/s^2: by which an unmeasured bank may reduce the lateral force */
 static const float solve_all_until_s = 120.0f; /* s: used driving until the hypotheses solve every few seconds only */
 /* end */
 
@@ -219,7 +218,7 @@ static int32_t flank_of(const oc_joint *joint, const oc_joint_design *design, co
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
     const float friction = oc_max(best->play.friction, 0.0f);
-    const float beyond = flank_margin + unmeasured_bank * design->bank_unmeasured + friction +
+    const float beyond = flank_margin + design->unmeasured_bank + friction +
                          sqrtf(best->variances.of[OC_OF_UNLOADING]);
     return load > beyond ? 1 : load < -beyond ? -1 : 0;
 }

@@ -53,6 +53,7 @@ typedef struct {
     float alignment_share, wind_share; /* shares of pull_sd^2; the rest is an unmeasured bank */
     float tyre_share;            /* share of r*v that the tyres carry, in addition to the measured bank */
     float bank_unmeasured;       /* 1: no accelerometer measures the bank; else 0 */
+    float unmeasured_bank;       /* m/s^2, by which such a bank may reduce the lateral force; else 0 */
     float tandem;                /* m^2/s^2, c of docs/method.md (axles that resist turning), with all axles down */
     float memory_s;              /* maximum time constant of forgetting */
     int32_t ticks_per_sample, samples_per_second;

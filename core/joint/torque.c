@@ -25,7 +25,6 @@ static const float bank_memory_s = 1.0f; /* s: the same without an accelerometer
 static const float slow_road = 20.0f; /* m/s: maximum speed of learning without an accelerometer */
 static const float slow_sd = 0.03f; /* m/s^2: sd of the slow part, by the column's friction */
 static const float bank_sd = 0.025f; /* m/s^2: sd of the bank that a torque leaves open */
-static const float unknown_bank_sd = 0.2f; /* m/s^2: the same while the slope is not identified, as on a motorway */
 static const float slope_known = 0.05f; /* sd of g, over its prior, below which the slope is identified */
 static const float trusted_share = 0.2f; /* minimum of g over its prior; below, the torque is not used */
 /* end */
@@ -59,8 +58,8 @@ float oc_torque_zero_information(const oc_torque *t, const oc_torque_design *des
     return 1.0f / (zero_sd * zero_sd + slow_sd * slow_sd);
 }
 
-float oc_torque_bank_sd(const oc_torque *t, const oc_torque_design *design) {
-    return t->covariance[2] < prior_variance(design, slope_known) ? bank_sd : unknown_bank_sd;
+float oc_torque_bank_sd(const oc_torque *t, const oc_torque_design *design, float otherwise) {
+    return t->covariance[2] < prior_variance(design, slope_known) ? bank_sd : otherwise;
 }
 
 static void start_torque(oc_torque *t, const oc_torque_design *design) {

@@ -65,8 +65,9 @@ void oc_torque_work(oc_torque *state, const oc_torque_design *design);
 /* 1/(m/s^2)^2, information of the sensor's zero about a_0 = 0; 0 where the torque is not trusted. */
 float oc_torque_zero_information(const oc_torque *state, const oc_torque_design *design);
 
-/* m/s^2, sd of the bank by the torque without an accelerometer; large until slow roads have identified the slope. */
-float oc_torque_bank_sd(const oc_torque *state, const oc_torque_design *design);
+/* m/s^2, sd of the bank by the torque without an accelerometer; `otherwise` until slow roads have identified the
+ * slope. */
+float oc_torque_bank_sd(const oc_torque *state, const oc_torque_design *design, float otherwise);
 
 /* Whether the identified slope is that of a truck. */
 bool oc_torque_is_trusted(const oc_torque *state, const oc_torque_design *design);

@@ -50,7 +50,8 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     oc_joint_answer found;
     oc_joint_answer_get(&found, &evidence->joint, &c->joint);
     if (!p->use_accelerometer && c->joint.bank_unmeasured <= 0.0f) {
-        const float by_bank = found.parts.per_acceleration * oc_torque_bank_sd(&evidence->torque, &c->torque);
+        const float bank_sd = oc_torque_bank_sd(&evidence->torque, &c->torque, (float)p->bank_sd_m_s2);
+        const float by_bank = found.parts.per_acceleration * bank_sd;
         found.parts.drive_sd = root_sum_square(found.parts.drive_sd, by_bank);
         found.of[OC_OF_OFFSET].sd = root_sum_square(found.of[OC_OF_OFFSET].sd, by_bank);
     }

@@ -190,6 +190,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     oc_joint_setup(&c->joint, &c->preprocess.lowpass, rate_hz, vehicle->steering_ratio, c->ratio_times_wheelbase,
                    sqrtf(shifts), measures_bank, params->joint_memory_s);
     set_given_values(&c->joint.hypothesis, params);
+    c->joint.unmeasured_bank = measures_bank ? 0.0f : (float)params->bank_sd_m_s2;
     c->joint.alignment_share = shifts > 0.0f ? pull * pull / shifts : 0.0f;
     c->joint.wind_share = shifts > 0.0f ? wind * wind / shifts : 0.0f;
     const float wander = (float)params->accelerometer_wander_sd_m_s2;

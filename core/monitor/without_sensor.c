@@ -7,7 +7,6 @@ static const float flank_s_min = 8.0f; /* s: load of a flank below which the off
 static const float flank_share_min = 0.05f; /* share of both flanks' load below which the limit is wider */
 static const float unloaded_half_play_sd = 0.07f; /* rad: sd of half a play of up to 15 deg; 4 deg */
 static const float judge_after_s = 400.0f; /* s: comparison until the learned truck is accurate enough */
-static const float unmeasured_bank_sd = 0.2f; /* m/s^2: sd of the lateral force without an accelerometer */
 static const float braked_angle_sd = 0.17f; /* rad: sd of the estimated angle while brakes turn the truck; 10 deg */
 static const double gap_s_min = 0.3; /* s: a gap after which the observer restarts */
 /* end */
@@ -158,7 +157,7 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
     oc_angle_tick *now = &tick->observed;
     now->accelerometer_lost = p->use_accelerometer && (tick->measured & OC_HAS_LATERAL_ACCELERATION) == 0;
     if (now->accelerometer_lost || (!p->use_accelerometer && !learned->truck.identified)) {
-        now->bank_sd = unmeasured_bank_sd;
+        now->bank_sd = (float)p->bank_sd_m_s2;
     }
     if (now->has_motion && by_wheel_speed(p)) {
         now->front_wheel = (float)front_wheel_by_wheels(c, &evidence->gyro_bias, signals);

@@ -73,8 +73,8 @@ typedef struct {
     /* prior sd of the net turn of a drive without a gyro; increase it for laps in one direction. 360 deg, ours: one
      * loop more in one direction */
     double net_turn_sd_rad;
-    /* prior sd of the mean bank of a drive without an accelerometer; only for the wheel speeds' method. 0.2, 5.3.2: 2 %
-     * of crown */
+    /* sd of the lateral force by a bank that no accelerometer measures; of the mean bank of a drive by the wheel
+     * speeds' method. 0.2, 5.3.2: 2 % of crown */
     double bank_sd_m_s2;
     double track_width_sd_1; /* prior sd of the error of a given track width, as a share of it. 0.02, ours */
     /* The joint method's gate: the method models bends and banks, which the thesis's gate excludes */

@@ -19,8 +19,6 @@ static const double block_s = 1.0; /* s: length of a block of the filter */
 static const double track_default = 1.9; /* m: track width where the vehicle file has none */
 static const double track_default_sd = 0.1; /* sd of that width, as a share */
 static const double signal_lost_s = 60.0; /* s: without lateral acceleration until r v plus the mean bank replaces it */
-static const double standstill_floor = 0.00035; /* rad/s: error of a standstill's mean, 0.02 deg/s */
-static const double correlated_ticks = 10.0; /* successive ticks of a standstill that count as one */
 static const double standstill_blocks_max = 10.0; /* the k-th block of a standstill has the weight 1/k, up to this k */
 static const double standstill_spread_max = 0.01; /* rad/s: maximum spread of a block */
 static const double rolling_speed = 0.3; /* m/s: speed of a rear wheel above which the truck does not stand */
@@ -224,16 +222,15 @@ static void update_status(oc_gyro_bias *state, const oc_params *p) {
 }
 
 /* At standstill a block's mean is the bias; a state far from it has changed. The blocks of a standstill share the error
- * standstill_floor, so the k-th has the weight 1/k. The limit of k lets the filter follow a drift. */
+ * oc_standstill_shared_variance, so the k-th has the weight 1/k. The limit of k lets the filter follow a drift. */
 static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, double time, double tick_s) {
     static const double none[OC_READING_STATES] = {0.0};
     const double n = state->still.weight;
-    const double variance = state->still.squares / n;
-    if (variance <= squared(standstill_spread_max)) {
+    if (state->still.squares <= squared(standstill_spread_max) * n) {
         predict(state, p, time);
         state->still_blocks += state->still_blocks < standstill_blocks_max ? 1.0 : 0.0;
-        const double common = squared(standstill_floor) + squared(state->creep); /* of all blocks of the standstill */
-        const double R = common * state->still_blocks + variance * correlated_ticks / n;
+        const double R = oc_standstill_shared_variance(state->creep) * state->still_blocks +
+                         oc_still_mean_variance(&state->still);
         const double innovation = state->still.mean - state->x[BIAS];
         const double S = state->P[BIAS][BIAS] + R;
         if (innovation * innovation > outlier * outlier * S) {

@@ -16,6 +16,14 @@ void oc_still_mean_add(oc_still_mean *still, double reading, double weight) {
     still->squares += square > 0.0 ? square : 0.0; /* rounding can carry the mean beyond the reading */
 }
 
+double oc_still_mean_variance(const oc_still_mean *still) {
+    return still->squares * correlated_readings / (still->weight * still->weight);
+}
+
+double oc_standstill_shared_variance(double creep) {
+    return yaw_rate_floor * yaw_rate_floor + creep * creep;
+}
+
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,
                           double yaw_rate, double lateral_acceleration, int32_t has_acceleration, double creep) {
     if (!(fabs(speed) <= speed_max)) {
@@ -28,8 +36,7 @@ void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double s
     }
     state->stops += 1 - state->is_same_stop;
     state->is_same_stop = 1;
-    const double floor_squared = yaw_rate_floor * yaw_rate_floor;
-    const double share = floor_squared / (floor_squared + creep * creep);
+    const double share = yaw_rate_floor * yaw_rate_floor / oc_standstill_shared_variance(creep);
     oc_still_mean_add(&state->yaw_rate, yaw_rate, share);
     state->creep += (creep - state->creep) * share / state->yaw_rate.weight;
     if (has_acceleration != 0) {
@@ -37,25 +44,24 @@ void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double s
     }
 }
 
-static oc_estimate estimate_of(const oc_still_mean *still, double floor_sd, double tick_s, double time_min) {
+static oc_estimate estimate_of(const oc_still_mean *still, double shared_variance, double tick_s, double time_min) {
     const double evidence = still->weight * tick_s;
     if (!(evidence >= time_min) || !(still->weight > 1.0)) {
         return (oc_estimate){.evidence = evidence, .status = OC_UNOBSERVABLE};
     }
-    const double variance = still->squares / (still->weight - 1.0) * correlated_readings / still->weight;
     return (oc_estimate){
         .value = still->mean,
-        .standard_deviation = sqrt(variance + floor_sd * floor_sd),
+        .standard_deviation = sqrt(oc_still_mean_variance(still) + shared_variance),
         .evidence = evidence,
         .status = OC_VALID,
     };
 }
 
 oc_estimate oc_standstill_yaw_rate(const oc_standstill *state, double tick_s, double time_min) {
-    const double floor_sd = sqrt(yaw_rate_floor * yaw_rate_floor + state->creep * state->creep);
-    return estimate_of(&state->yaw_rate, floor_sd, tick_s, time_min);
+    return estimate_of(&state->yaw_rate, oc_standstill_shared_variance(state->creep), tick_s, time_min);
 }
 
 oc_estimate oc_standstill_lateral_acceleration(const oc_standstill *state, double tick_s, double time_min) {
-    return estimate_of(&state->lateral_acceleration, lateral_acceleration_floor, tick_s, time_min);
+    const double shared_variance = lateral_acceleration_floor * lateral_acceleration_floor;
+    return estimate_of(&state->lateral_acceleration, shared_variance, tick_s, time_min);
 }

@@ -24,6 +24,12 @@ typedef struct {
 /* `weight`: of the reading, 1 for a tick at rest. */
 void oc_still_mean_add(oc_still_mean *still, double reading, double weight);
 
+/* Variance of the mean by noise; successive readings are correlated. */
+double oc_still_mean_variance(const oc_still_mean *still);
+
+/* (rad/s)^2, of the error that all yaw rates of a standstill share. */
+double oc_standstill_shared_variance(double creep);
+
 /* `creep`: rad/s, yaw rate of a truck that creeps with its wheels as they are, too slowly for its speed signal. */
 void oc_standstill_update(oc_standstill *state, int32_t settling_ticks, double speed, double speed_max,
                           double yaw_rate, double lateral_acceleration, int32_t has_acceleration, double creep);

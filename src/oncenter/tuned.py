@@ -66,8 +66,6 @@ TUNED = {  # by file and name
     "gyro_bias.track_default": 1.9,
     "gyro_bias.track_default_sd": 0.1,
     "gyro_bias.signal_lost_s": 60.0,
-    "gyro_bias.standstill_floor": 0.00035,
-    "gyro_bias.correlated_ticks": 10.0,
     "gyro_bias.standstill_blocks_max": 10.0,
     "gyro_bias.standstill_spread_max": 0.01,
     "gyro_bias.rolling_speed": 0.3,

@@ -15,7 +15,6 @@ static const double state_max = 10.0; /* rad/s, as signals.c; all other states a
 static const double prediction_s_max = 3600.0; /* against unbounded variances after a long gap */
 
 /* Tuned, in tuned.toml: gyro_bias */
-static const double block_s = 1.0; /* s: length of a block of the filter */
 static const double track_default = 1.9; /* m: track width where the vehicle file has none */
 static const double track_default_sd = 0.1; /* sd of that width, as a share */
 static const double signal_lost_s = 60.0; /* s: without lateral acceleration until r v plus the mean bank replaces it */
@@ -49,7 +48,7 @@ static int state_of(int32_t axle, int which) {
     return FIRST_OF_AXLE + OC_READING_STATES * axle + which;
 }
 
-/* The filter processes a block step by step, one between two ticks, to limit the peak load of a tick. */
+/* A block is a second. The filter processes it step by step, one between two ticks, to limit the peak load of a tick. */
 enum { NOTHING_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE = OC_GYRO_BIAS_PIECES };
 
 static double squared(double value) {
@@ -61,7 +60,7 @@ void oc_gyro_bias_setup(oc_gyro_bias_design *design, const oc_vehicle *vehicle, 
     const double tracks[OC_AXLE_COUNT] = {vehicle->track_width_rear, vehicle->track_width_front};
     *design = (oc_gyro_bias_design){
         .tick_s = 1.0 / rate_hz,
-        .ticks_per_block = block_s * rate_hz,
+        .ticks_per_block = rate_hz,
         .settling_ticks = (int32_t)(params->standstill_settling_s * rate_hz + 0.5),
         .lost_ticks = (int32_t)(signal_lost_s * rate_hz),
         .standing_ticks = params->standstill_time_min_s * rate_hz,
@@ -381,8 +380,8 @@ static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
         return;
     }
     state->alarm_blocks += 1.0;
-    state->alarm_time += block_s;
-    if (state->alarm_blocks * block_s > alarm_s_min && state->P[BIAS][BIAS] <= (again > narrow ? again : narrow)) {
+    state->alarm_time += 1.0;
+    if (state->alarm_blocks > alarm_s_min && state->P[BIAS][BIAS] <= (again > narrow ? again : narrow)) {
         state->alarm_blocks = 0.0;
     }
 }
@@ -406,8 +405,8 @@ static void conclude_block(oc_gyro_bias *state, const oc_params *p) {
     const oc_gyro_reading *rear = &state->axles[OC_AXLE_REAR], *front = &state->axles[OC_AXLE_FRONT];
     const int32_t axles = rear->has_update + front->has_update;
     if (axles > 0) {
-        state->evidence += block_s;
-        state->wheel_evidence += block_s;
+        state->evidence += 1.0;
+        state->wheel_evidence += 1.0;
         watch_bias(state, rear->innovation, front->innovation, (double)axles);
     }
     if (axles == OC_AXLE_COUNT) {
@@ -516,7 +515,7 @@ oc_estimate oc_gyro_bias_mismatch(const oc_gyro_bias *state, const oc_params *pa
     return (oc_estimate){
         .value = state->x[m] - state->x[state_of(axle, OC_READING_LOAD)] * oc_mean_bank_of(&state->straights),
         .standard_deviation = sd,
-        .evidence = state->axles[axle].blocks * block_s,
+        .evidence = state->axles[axle].blocks,
         .status = sd > 0.5 * prior ? OC_UNOBSERVABLE : OC_VALID,
     };
 }

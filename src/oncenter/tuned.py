@@ -62,7 +62,6 @@ TUNED = {  # by file and name
     "change.size_min": 0.013962634015954637,
     "clock.rate_factor_max": 1.5,
     "clock.wrong_windows_max": 10.0,
-    "gyro_bias.block_s": 1.0,
     "gyro_bias.track_default": 1.9,
     "gyro_bias.track_default_sd": 0.1,
     "gyro_bias.signal_lost_s": 60.0,

@@ -25,7 +25,6 @@ static const float limit_growth_max = 2.0f; /* maximum of this growth */
 static const float stuck_min_s = 1.0f; /* s: minimum duration of a constant value that misses a bend */
 static const float same_deg = 0.25f; /* deg: noise of a stuck sensor: smaller changes are none */
 static const float still_s = 10.0f; /* s: maximum stillness of a driver at speed, in bends of a few deg */
-static const float still_sds = 3.0f; /* sd: turn of the estimate that a still driver contradicts, in its sd */
 static const float still_deg = 4.0f; /* deg: minimum of that turn */
 static const float frozen_s = 30.0f; /* s: maximum stillness of a driver anywhere */
 static const float recovered_s = 20.0f; /* s: time well within the limit after which a fault ends */
@@ -197,7 +196,8 @@ static void follow_difference(oc_fault_watch *w, const oc_fault_tick *tick, floa
 static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) {
     const float turned = fabsf(tick->estimate - w->held_estimate);
     const bool misses_bend = w->exceeds_limit && turned > limit && w->held_s > stuck_min_s;
-    const bool is_still = w->held_s > still_s && turned > oc_max(still_deg * rad_in_deg, still_sds * tick->sd);
+    const float clear = oc_max(still_deg * rad_in_deg, (float)OC_OUTLIER_SDS * tick->sd);
+    const bool is_still = w->held_s > still_s && turned > clear;
     w->held_fast_s += tick->judged_s;
     w->stuck_s = misses_bend || is_still ? w->stuck_s + tick->judged_s : 0.0f;
     return w->stuck_s > stuck_min_s || w->held_fast_s > frozen_s;

@@ -4,9 +4,6 @@
 
 #include "bounds.h"
 
-/* Derived. */
-static const float kick_share = 9.0f; /* 3^2: beyond 3 standard deviations the cause is a kerb */
-
 /* Tuned, in tuned.toml: sensor_noise */
 static const float kick_min[OC_NOISY] = {0.01f, 3e-06f}; /* (m/s^2)^2, (rad/s)^2: squares of 0.1 m/s^2 and 0.1 deg/s */
 static const float held_share = 0.8f; /* share of samples after a constant raw signal from which it is held */
@@ -28,7 +25,8 @@ static void average_noise(float *variances, const oc_noise_past *past, const flo
     for (int32_t k = 0; k < OC_NOISY; ++k) {
         const float difference = now[k] - 2.0f * past->last[k] + past->before[k];
         const float variance = of_mean * difference * difference;
-        const float variance_max = of_mean * kick_min[k] + kick_share * variances[k];
+        const float outlying = (float)(OC_OUTLIER_SDS * OC_OUTLIER_SDS) * variances[k]; /* beyond, the cause is a kerb */
+        const float variance_max = of_mean * kick_min[k] + outlying;
         variances[k] += share * (oc_min(variance, variance_max) - variances[k]);
     }
 }

@@ -22,7 +22,6 @@ static const double standstill_blocks_max = 10.0; /* the k-th block of a standst
 static const double standstill_spread_max = 0.01; /* rad/s: maximum spread of a block */
 static const double rolling_speed = 0.3; /* m/s: speed of a rear wheel above which the truck does not stand */
 static const double model_share = 0.02; /* sd of a block's reading, as a share of the turn */
-static const double outlier = 3.0; /* sd: innovation above which a block has less weight */
 static const float cusum_slack = 0.5f; /* sd: subtracted from each block's innovation before it is summed */
 static const float cusum_limit = 8.0f; /* sd: sum that raises an alarm */
 static const double cusum_clip = 4.0; /* sd: maximum of an innovation in the sum */
@@ -185,7 +184,7 @@ static void update(oc_gyro_bias *state, const double *Ph, float past_covariance,
 }
 
 /* Measurement update by a reading of h'x with variance R. Returns the innovation over its predicted sd. Beyond
- * `outlier` the innovation's square replaces its variance. `h` has an axle's states; the bias has h = 1. */
+ * OC_OUTLIER_SDS the innovation's square replaces its variance. `h` has an axle's states; the bias has h = 1. */
 static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double reading, double R) {
     const int first = state_of(axle, 0);
     double Ph[OC_GYRO_BIAS_STATES];
@@ -204,7 +203,7 @@ static double correct(oc_gyro_bias *state, int32_t axle, const double *h, double
     }
     const double innovation = reading - expected;
     const double S = hPh + R;
-    const double beyond = squared(innovation * (1.0 / outlier));
+    const double beyond = squared(innovation * (1.0 / OC_OUTLIER_SDS));
     update(state, Ph, past_covariance, innovation, 1.0 / (beyond > S ? beyond : S));
     return innovation / sqrt(S);
 }
@@ -232,7 +231,7 @@ static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, doubl
                          oc_still_mean_variance(&state->still);
         const double innovation = state->still.mean - state->x[BIAS];
         const double S = state->P[BIAS][BIAS] + R;
-        if (innovation * innovation > outlier * outlier * S) {
+        if (innovation * innovation > OC_OUTLIER_SDS * OC_OUTLIER_SDS * S) {
             state->P[BIAS][BIAS] += innovation * innovation;
         }
         (void)correct(state, OC_AXLE_REAR, none, state->still.mean, R);

@@ -2,6 +2,8 @@
 
 #include <math.h>
 
+#include "bounds.h"
+
 /* Numerical. */
 static const double noise_min = 1e-12;         /* (rad/s)^2, against signals without noise, whose limit would stay 0 */
 static const double noise_max = 1.0;           /* (rad/s)^2, of signals decoded from wrong bits */
@@ -13,7 +15,6 @@ static const double slip_speed = 0.15; /* m/s: the same, in addition: 3 deg/s of
 static const double slip_turn = 0.2; /* the same, in addition, as a share of the turn's speed difference */
 static const double noise_initial = 0.0017; /* rad/s: initial noise of a block, 0.1 deg/s */
 static const double noise_blocks = 60.0; /* memory of that noise, in blocks */
-static const double noise_outlier = 3.0; /* sd: limit of a difference of blocks in that noise */
 static const double model_noise = 0.0002; /* rad/s: sd of a block that no difference shows: tyres on an uneven road */
 static const double lag_share = 0.05; /* lag between gyro and wheel speeds, as a share of a block of 1 s */
 static const double correlated_blocks = 6.0; /* blocks over which a rounding error of the wheel speeds persists */
@@ -75,7 +76,7 @@ static double rounding_variance(const oc_gyro_reading *a, double per_track, doub
 static void learn_noise(oc_gyro_reading *a, double unexplained) {
     const double memory = a->blocks + 5.0 < noise_blocks ? a->blocks + 5.0 : noise_blocks;
     const double measured = 0.5 * unexplained * unexplained;
-    const double outlying = noise_outlier * noise_outlier * (a->noise > noise_min ? a->noise : noise_min);
+    const double outlying = OC_OUTLIER_SDS * OC_OUTLIER_SDS * (a->noise > noise_min ? a->noise : noise_min);
     const double limit = outlying < noise_max ? outlying : noise_max;
     a->noise += ((measured < limit ? measured : limit) - a->noise) / memory;
 }

@@ -66,10 +66,10 @@ static const float flattening_sd = 0.5f; /* 1/rad^2: prior sd of the cube's shar
 static const float flattening_prior = 0.0001f; /* rad^6 s: sum of squared cubes with the prior's weight */
 static const float walking_speed = 1.0f; /* m/s: speed below which the angle is held */
 static const float hand_rate_sd = 1.5f; /* rad/s: rate at which the sd of a held angle grows */
-static const float learning_speed = 8.0f; /* m/s: minimum speed for learning T and the error's scale */
+/* m/s: minimum speed at which the estimate is compared with the sensor, to learn T and the error's scale and to judge
+ * the sensor */
+static const float learning_speed = 8.0f;
 static const float valid_sd = 5.0f * 3.14159265358979323846f / 180.0f; /* rad: maximum sd of a valid estimated angle */
-/* rad: before the offset is identified */
-static const float unlearned_offset_sd = 5.0f * 3.14159265358979323846f / 180.0f;
 /* end */
 
 void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ratio *ratio, double wheelbase,
@@ -323,13 +323,17 @@ bool oc_angle_is_due(const oc_angle_tracking *t) {
     return t->ticks_to_check <= 0;
 }
 
+bool oc_angle_is_accurate(const oc_angle_tracking *t) {
+    return fabsf(t->speed) > learning_speed;
+}
+
 static void learn_truck(const oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_design *d,
                         const oc_angle_tick *tick, float per_rate, float observer) {
     const float error = (float)tick->true_by_sensor - t->estimate;
     if (d->method == OC_ANGLE_OBSERVER) {
         learn_flattening(e, t, d, error);
     }
-    if (fabsf(t->speed) > learning_speed) {
+    if (oc_angle_is_accurate(t)) {
         learn_from_sensor(e, t, d, per_rate, error, error + t->lead * t->predicted,
                           observer + lag_variance(t, per_rate));
         if (d->method == OC_ANGLE_SIDE_SLIP) {
@@ -403,7 +407,7 @@ static void publish_measured(oc_angle_tracking *t, const oc_angle_design *d, con
     t->step = came_back ? t->before - (float)measured : fabsf(left) > faded ? left : 0.0f;
     t->difference = (float)measured + t->step - t->estimate;
     t->without_sensor_s = t->standing_s = 0.0f;
-    const float offset_sd = learned->identified ? learned->offset_sd : unlearned_offset_sd;
+    const float offset_sd = learned->identified ? learned->offset_sd : valid_sd;
     out->angle = measured + (double)t->step;
     out->delay = 0.0;
     out->standard_deviation = (double)(t->step == 0.0f ? offset_sd : sqrtf(offset_sd * offset_sd + t->step * t->step));

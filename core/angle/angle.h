@@ -129,6 +129,9 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
 /* Whether the next tick checks the estimate against the sensor. */
 bool oc_angle_is_due(const oc_angle_tracking *tracking);
 
+/* Whether the truck is fast enough for the estimate to be compared with the sensor. */
+bool oc_angle_is_accurate(const oc_angle_tracking *tracking);
+
 /* Filters a tick's motion, before oc_angle_update. Early in the tick its result is there when it is needed. */
 void oc_angle_filter(oc_angle_tracking *tracking, const oc_angle_design *design, const oc_angle_tick *tick);
 

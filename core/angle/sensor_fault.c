@@ -22,19 +22,17 @@ static const float suspended_max_s = 60.0f; /* s: maximum time without learning 
 static const float suspension_recovery = 0.05f; /* of the time within the limit */
 static const float limit_growth_step = 0.5f; /* growth of the limit for each drift that ended; the truck has changed */
 static const float limit_growth_max = 2.0f; /* maximum of this growth */
-static const float stuck_min_s = 1.0f; /* s: minimum duration of a constant value that misses a bend */
 static const float same_deg = 0.25f; /* deg: noise of a stuck sensor: smaller changes are none */
 static const float still_s = 10.0f; /* s: maximum stillness of a driver at speed, in bends of a few deg */
 static const float still_deg = 4.0f; /* deg: minimum of that turn */
 static const float frozen_s = 30.0f; /* s: maximum stillness of a driver anywhere */
 static const float recovered_s = 20.0f; /* s: time well within the limit after which a fault ends */
 static const float lost_s = 4.95f; /* s: without signal above driving_speed; 5 s, less the rounding of summed ticks */
-static const float back_s = 1.0f; /* s: time with signal until a lost sensor is back */
 static const float driving_speed = 3.0f; /* m/s: minimum speed for a loss */
-static const float judging_speed = 8.0f; /* m/s: minimum speed for the comparison */
 static const float step_deg = 8.0f; /* deg: minimum change in a tick that is a step */
 static const float hand_rate_deg_s = 800.0f; /* deg/s: maximum steering rate of a driver */
-static const float settled_s = 1.0f; /* s: with both angles until their signs are compared; after a gap or a step */
+/* s: until a sensor that is back, a stuck value or the signs of both angles count */
+static const float settled_s = 1.0f;
 static const float paired_max_s = 2.0f; /* s: maximum of that time, so that 0.1 s of a gap restarts it */
 static const float unpaired_factor = 10.0f; /* time that a gap takes from it, over the gap's */
 static const float mean_s = 8.0f; /* s: memory of the means that signs are compared about; longer than bends */
@@ -43,7 +41,6 @@ static const float reversed_min = 20.0f; /* log of the odds that is a wrong sign
 static const float reversed_some = 5.0f; /* log of the odds that is a suspicion: nothing is learned */
 static const float reversed_rate = 8.0f; /* 1/s: maximum rate of the log of the odds; a kerb's kick is no bend */
 static const float kick_max_deg = 10.0f; /* deg: maximum of a kick in the means, or its end looks like a bend */
-static const float error_s = 1.0f; /* s: correlation time of the estimate's error */
 static const double onset_s = 3.0; /* s: maximum time from a step or stop to the last small difference */
 static const float offset_memory_s = 200.0f; /* s: delay of the offset that the sensor is compared with */
 static const float sd_memory_factor = 2.0f; /* growth of the offset's sd is delayed this much more */
@@ -94,7 +91,7 @@ static bool watch_presence(oc_fault_watch *w, const oc_fault_tick *tick) {
     }
     w->present_s += tick->tick_s;
     w->missing_s = 0.0f;
-    if (w->fault == OC_FAULT_LOST && w->present_s > back_s) {
+    if (w->fault == OC_FAULT_LOST && w->present_s > settled_s) {
         clear_fault(w);
     }
     return false;
@@ -120,7 +117,7 @@ static bool watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
 }
 
 /* Odds of a reversed sign, by both angles less their means over the last seconds. With a common noise the log of the
- * odds grows by 2 m e / sd^2 for each independent pair. */
+ * odds grows by 2 m e / sd^2 for each independent pair, one a second: the estimate's error is correlated so long. */
 static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float share = tick->judged_s / mean_s;
     const float noise = noise_deg * rad_in_deg;
@@ -131,7 +128,7 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
     w->mean_measured += share * oc_clamp_size(m, kick_max_deg * rad_in_deg);
     w->mean_estimate += share * oc_clamp_size(e, kick_max_deg * rad_in_deg);
-    const float agreement = 2.0f * m * e / (tick->sd * tick->sd + noise * noise) / error_s;
+    const float agreement = 2.0f * m * e / (tick->sd * tick->sd + noise * noise);
     w->reversed -= oc_clamp_size(agreement, reversed_rate) * tick->judged_s;
     w->reversed = oc_clamp(w->reversed, 0.0f, 2.0f * reversed_min);
     if (w->reversed <= 0.0f) {
@@ -150,7 +147,7 @@ static oc_fault fault_kind(const oc_fault_watch *w) {
     if (has_recent_step(w)) {
         return OC_FAULT_JUMPED;
     }
-    if (w->held_s > stuck_min_s) {
+    if (w->held_s > settled_s) {
         return OC_FAULT_STUCK;
     }
     if (w->interruption_time > w->last_within - onset_s) {
@@ -195,12 +192,12 @@ static void follow_difference(oc_fault_watch *w, const oc_fault_tick *tick, floa
 
 static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) {
     const float turned = fabsf(tick->estimate - w->held_estimate);
-    const bool misses_bend = w->exceeds_limit && turned > limit && w->held_s > stuck_min_s;
+    const bool misses_bend = w->exceeds_limit && turned > limit && w->held_s > settled_s;
     const float clear = oc_max(still_deg * rad_in_deg, (float)OC_OUTLIER_SDS * tick->sd);
     const bool is_still = w->held_s > still_s && turned > clear;
     w->held_fast_s += tick->judged_s;
     w->stuck_s = misses_bend || is_still ? w->stuck_s + tick->judged_s : 0.0f;
-    return w->stuck_s > stuck_min_s || w->held_fast_s > frozen_s;
+    return w->stuck_s > settled_s || w->held_fast_s > frozen_s;
 }
 
 static bool follows_truck(const oc_fault_watch *w) {
@@ -301,7 +298,7 @@ static void begin_watch(oc_fault_watch *w, const oc_fault_evidence *kept, const 
 }
 
 static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const bool judges = tick->has_measured && tick->can_judge && tick->speed > judging_speed;
+    const bool judges = tick->has_measured && tick->can_judge && tick->is_accurate;
     if (tick->judged_s > 0.0f) {
         const float paired_s = w->paired_s + (judges ? tick->judged_s : -unpaired_factor * tick->judged_s);
         w->paired_s = oc_clamp(paired_s, 0.0f, paired_max_s);

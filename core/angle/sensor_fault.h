@@ -5,7 +5,7 @@
  * The first criterion is a lasting difference: its excess over a borderline, summed for each sign, and its mean. The
  * second is a reversed sign in bends, by the log of the odds. The third is a constant value while the truck turns. The
  * onset determines the name of the fault. A fault ends when the difference has long been small again. A sensor with a
- * long constant difference counts as remounted. The monitor judges above 8 m/s, where the estimate is accurate. It
+ * long constant difference counts as remounted. The monitor judges at speed, where the estimate is accurate. It
  * detects a lost signal at any speed. Nothing is learned from a suspected sensor, or the estimate would follow it. */
 
 #include <stdbool.h>
@@ -34,6 +34,7 @@ typedef struct {
     bool has_measured;
     bool after_hole;     /* first tick after a gap */
     bool can_judge;      /* the truck is identified */
+    bool is_accurate;    /* the truck is fast enough for the estimate */
     bool assisted;       /* a motor steers: the wheel may rest in a bend */
 } oc_fault_tick;
 

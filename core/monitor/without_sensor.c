@@ -104,6 +104,7 @@ static void judge_sensor(const oc_tick *tick, oc_tracking *tracking, oc_evidence
         .speed = tick->observed.speed,
         .has_measured = has_angle,
         .after_hole = tick->after_gap,
+        .is_accurate = oc_angle_is_accurate(angle),
         .assisted = (tick->disturbed & OC_REASON_STEERING_ASSIST) != 0,
         .can_judge = (tick->at_fault & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE) == 0 && tick->observed.has_motion &&
                      (tick->disturbed & (OC_REASON_INTERVENTION | OC_REASON_REVERSE)) == 0 &&

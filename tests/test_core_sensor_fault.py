@@ -51,6 +51,7 @@ def judged(
                 "has_measured": not np.isnan(measured[k]),
                 "after_hole": k in holes,
                 "can_judge": True,
+                "is_accurate": speed[k] > 8.0,
                 "assisted": assisted,
             },
         )
@@ -262,7 +263,9 @@ def test_an_angle_beyond_the_limit_is_excluded_before_the_fault() -> None:
             "speed": 15.0,
         }
         fault = lib.oc_fault_update(
-            watch, kept, ffi.new("oc_fault_tick *", tick | {"has_measured": True, "can_judge": True})
+            watch,
+            kept,
+            ffi.new("oc_fault_tick *", tick | {"has_measured": True, "can_judge": True, "is_accurate": True}),
         )
         states.append((fault, lib.oc_fault_excludes_angle(watch), lib.oc_fault_suspected(watch)))
     assert states[1990] == (lib.OC_FAULT_NONE, False, False)

@@ -6,9 +6,7 @@
 
 /* Tuned, in tuned.toml: change */
 static const float slack = 0.75f; /* subtracted from each error before it is summed */
-static const float suspicion_limit = 5.0f; /* sd s: sum above which nothing is learned */
 static const float proof_limit = 10.0f; /* sd s: sum above which a change is proved, after proof_s */
-static const float sum_max = 20.0f; /* sd s: maximum of a sum, so that it decays soon after a change */
 static const float error_max = 6.0f; /* sd: maximum of a second's error, so that one outlier proves no change */
 static const float curvature_scale = 0.002f; /* 1/m: curvature from which on all bends have the same weight */
 static const float pause_after_change_s = 60.0f; /* s: no change is suspected after one: the evidence settles */
@@ -18,8 +16,9 @@ static const float size_min = 0.8f * 0.017453292f; /* rad: minimum size of a cha
 /* end */
 
 static void accumulate(oc_cusum *sums, float error) {
-    sums->up = oc_clamp_size(sums->up + error - slack, sum_max);
-    sums->down = oc_clamp_size(sums->down - error - slack, sum_max);
+    /* twice the limit at most, so that a sum decays soon after a change */
+    sums->up = oc_clamp_size(sums->up + error - slack, 2.0f * proof_limit);
+    sums->down = oc_clamp_size(sums->down - error - slack, 2.0f * proof_limit);
     sums->seconds_up += 1.0f;
     sums->seconds_down += 1.0f;
     if (!(sums->up > 0.0f)) {
@@ -39,7 +38,7 @@ static float duration_of(const oc_cusum *sums) {
 }
 
 bool oc_change_suspected(const oc_change_watch *watch) {
-    return higher_sum(&watch->offset) > suspicion_limit || higher_sum(&watch->bends) > suspicion_limit;
+    return oc_max(higher_sum(&watch->offset), higher_sum(&watch->bends)) > 0.5f * proof_limit;
 }
 
 /* A constant error, or one proportional to curvature, by which explains more of the squared errors. */

@@ -23,7 +23,6 @@ static const float walk_step = 0.5f * 0.017453292f; /* rad: sd of the offset by 
 /* share of seconds far from the prediction on one side if something steers */
 static const float steered_share = 0.006f;
 static const float steered_checked_s = 400.0f; /* s: minimum of checked evidence for this share */
-static const float moment_s = 1.0f; /* s: load on a flank after which a found play needs no more */
 /* end */
 
 double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) {
@@ -34,7 +33,7 @@ double oc_joint_place(const oc_joint *joint, const oc_joint_tracking *tracking) 
 double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *design, int32_t side) {
     const float loaded = side > 0 ? joint->loaded_left_s : joint->loaded_right_s;
     const bool wide = 2.0f * joint->hypotheses[joint->best].play.half_width > oc_joint_little_play();
-    const bool found = wide && design->bank_unmeasured <= 0.0f && loaded > moment_s;
+    const bool found = wide && design->bank_unmeasured <= 0.0f && loaded > 0.5f * flank_s;
     const float needed = wide ? flank_s : flank_s / no_play_share;
     return found ? 0.0 : (double)oc_max(needed - loaded, 0.0f);
 }

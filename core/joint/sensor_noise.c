@@ -25,7 +25,7 @@ static void average_noise(float *variances, const oc_noise_past *past, const flo
     for (int32_t k = 0; k < OC_NOISY; ++k) {
         const float difference = now[k] - 2.0f * past->last[k] + past->before[k];
         const float variance = of_mean * difference * difference;
-        const float outlying = (float)(OC_OUTLIER_SDS * OC_OUTLIER_SDS) * variances[k]; /* beyond, the cause is a kerb */
+        const float outlying = (float)(OC_OUTLIER_SDS * OC_OUTLIER_SDS) * variances[k]; /* beyond: by a kerb */
         const float variance_max = of_mean * kick_min[k] + outlying;
         variances[k] += share * (oc_min(variance, variance_max) - variances[k]);
     }

@@ -15,7 +15,6 @@ static const float gradient_sd_min = 1e-4f;  /* rad/(m/s^2) */
 static const float wheelbase_sd_min = 1e-3f; /* share */
 
 /* Tuned, in tuned.toml: setup */
-static const double new_clock_s = 1.0; /* s: ticks in order until a clock counts as set back */
 static const double yaw_lag_s = 0.04; /* s: lag of the yaw rate behind the wheel */
 static const float unknown_sd_min = 0.1f; /* sd from which the prior of i L is that of an unknown truck, as a share */
 /* probability of a pull or a wind of hypothesis_equations.wide_pull times its sd */
@@ -167,7 +166,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->ticks_per_batch = params->batch_s * rate_hz;
     c->wheel_axle = wheel_axle_of(vehicle);
     c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;
-    c->ticks_until_new_clock = (int32_t)(new_clock_s * rate_hz);
+    c->ticks_until_new_clock = (int32_t)rate_hz; /* a second in order */
     c->pieces_per_tick = rounded_up(one_piece_hz / rate_hz);
     /* upward, which bounds the number of blocks */
     c->ticks_per_block = rounded_up(clean_ticks / (double)OC_BLOCKS_PER_CLEAN_TIME);

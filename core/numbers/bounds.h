@@ -1,6 +1,6 @@
 #ifndef OC_BOUNDS_H
 #define OC_BOUNDS_H
-/* Minimum, maximum, clamps and the limit of an outlier, in single precision but for the last clamp. If an argument is NaN, minimum and maximum return
+/* Minimum, maximum and clamps, in single precision but for the last. If an argument is NaN, minimum and maximum return
  * the second one. A clamped NaN is NaN, but oc_clamp_size returns the limit. */
 
 enum { OC_OUTLIER_SDS = 3 }; /* a normal error is beyond so many standard deviations once in 370 times */

@@ -8,6 +8,7 @@ enum { BIAS, DRIFT, FIRST_OF_AXLE };
 
 /* Derived. */
 static const double root_half = 0.70710678118654752440; /* sqrt(1/2), 1 over the sd of two innovations' difference */
+static const float half_shift = 0.5f; /* sd: slack of a CUSUM that is to find a shift of one sd */
 static const double alarm_drift = 1.5e-4;               /* rad/s^2: 0.5 deg/s/min, the drift of Figure 17 */
 
 /* Numerical. */
@@ -22,17 +23,12 @@ static const double standstill_blocks_max = 10.0; /* the k-th block of a standst
 static const double standstill_spread_max = 0.01; /* rad/s: maximum spread of a block */
 static const double rolling_speed = 0.3; /* m/s: speed of a rear wheel above which the truck does not stand */
 static const double model_share = 0.02; /* sd of a block's reading, as a share of the turn */
-static const float cusum_slack = 0.5f; /* sd: subtracted from each block's innovation before it is summed */
 static const float cusum_limit = 8.0f; /* sd: sum that raises an alarm */
-static const double cusum_clip = 4.0; /* sd: maximum of an innovation in the sum */
 static const double alarm_bias = 0.0035; /* rad/s: sd that an alarm adds to the bias, 0.2 deg/s */
 static const double alarm_mismatch = 0.0005; /* sd that an alarm adds to the mismatch of the radii */
 /* change of one axle's mismatch against the other's that a leaking tyre causes */
 static const double leak_min = 0.0006;
 static const double leak_wander = 0.0005; /* random walk of a leaking axle's mismatch in a minute */
-static const double unchanged_sd = 0.0002; /* sd of the other axle's mismatch since it was identified */
-/* sd of the difference of both axles' mismatches, from which it is identified */
-static const double difference_sd = 0.0002;
 static const double identified_s = 60.0; /* s: wheel speeds until then */
 static const double alarm_radii_share = 0.1; /* of bias and drift, where the radii changed */
 static const double alarm_variance_factor = 1.5; /* variance at which an alarm ends, over the one before it */
@@ -47,7 +43,7 @@ static int state_of(int32_t axle, int which) {
     return FIRST_OF_AXLE + OC_READING_STATES * axle + which;
 }
 
-/* A block is a second. The filter processes it step by step, one between two ticks, to limit the peak load of a tick. */
+/* A block is a second. The filter processes it step by step, one between two ticks, to limit the peak load. */
 enum { NOTHING_DUE, CONCLUSION_DUE, FRONT_DUE, REAR_DUE, PREDICTION_DUE = OC_GYRO_BIAS_PIECES };
 
 static double squared(double value) {
@@ -276,8 +272,8 @@ static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *des
 
 /* Two-sided. True when a sum exceeds the limit, which resets both. */
 static bool cusum(oc_gyro_bias_cusum *sums, double innovation) {
-    const float s = (float)oc_clamp_size_double(innovation, cusum_clip);
-    const float up = sums->up + s - cusum_slack, down = sums->down - s - cusum_slack;
+    const float s = (float)oc_clamp_size_double(innovation, 0.5 * (double)cusum_limit); /* one alone raises no alarm */
+    const float up = sums->up + s - half_shift, down = sums->down - s - half_shift;
     const bool exceeds = up > cusum_limit || down > cusum_limit;
     sums->up = up > 0.0f && !exceeds ? up : 0.0f;
     sums->down = down > 0.0f && !exceeds ? down : 0.0f;
@@ -328,7 +324,8 @@ static void take_as_unchanged(oc_gyro_bias *state, int32_t axle) {
     for (int j = 0; j < OC_GYRO_BIAS_STATES; ++j) {
         Ph[j] = state->P[j][m];
     }
-    update(state, Ph, state->past.covariance[m], -moved_mismatch(state, axle), 1.0 / (Ph[m] + squared(unchanged_sd)));
+    const double variance = Ph[m] + squared(leak_min / OC_OUTLIER_SDS);
+    update(state, Ph, state->past.covariance[m], -moved_mismatch(state, axle), 1.0 / variance);
 }
 
 static void keep_mismatches(oc_gyro_bias *state) {
@@ -356,7 +353,7 @@ static void watch_leak(oc_gyro_bias *state) {
     const int rear = state_of(OC_AXLE_REAR, OC_READING_MISMATCH), front = state_of(OC_AXLE_FRONT, OC_READING_MISMATCH);
     if (!state->has_mismatch) {
         const double variance = state->P[rear][rear] + state->P[front][front] - 2.0 * state->P[rear][front];
-        state->has_mismatch = state->wheel_evidence > identified_s && variance < squared(difference_sd);
+        state->has_mismatch = state->wheel_evidence > identified_s && variance < squared(leak_min / OC_OUTLIER_SDS);
         keep_mismatches(state);
         return;
     }

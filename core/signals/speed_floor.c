@@ -9,8 +9,6 @@ static const float range_ends[OC_LOW_SPEEDS] = {0.28f, 0.56f, 1.11f, 2.22f};
 /* Tuned, in tuned.toml: speed_floor */
 static const float floor_before = 0.6f; /* m/s: speed below which the signal may read zero, without evidence */
 static const float evidence_s = 4.0f; /* s: minimum time at low speed */
-/* share of the time per m/s above, below which the signal does not have a range of speed */
-static const float sparse = 0.5f;
 /* end */
 
 void oc_speed_floor_update(oc_speed_floor *state, float speed, float tick_s) {
@@ -39,7 +37,7 @@ float oc_speed_floor_get(const oc_speed_floor *state) {
     }
     for (int k = 0; k + 1 < OC_LOW_SPEEDS; ++k) {
         const float below = state->low_s[k] / width_of(k), above = state->low_s[k + 1] / width_of(k + 1);
-        found = below < sparse * above ? range_ends[k] : found;
+        found = below < 0.5f * above ? range_ends[k] : found;
     }
     return found;
 }

@@ -9,7 +9,6 @@ enum { SWA, YAW, VXS, AYS }; /* the watched signals */
 /* Tuned, in tuned.toml: assignment */
 static const float step_hz = 10.0f; /* Hz: steps of the comparison */
 static const float compared_speed = 2.0f; /* m/s: minimum speed of the comparison */
-static const float predicted_speed = 5.0f; /* m/s: minimum speed at which one signal predicts another */
 static const float slow_speed = 14.0f; /* m/s: maximum speed of the comparison of sizes */
 static const float with_slip_speed = 8.0f; /* m/s: minimum speed at which side slip hardly moves the accelerometer */
 static const float straight_acceleration = 0.25f; /* m/s^2: maximum lateral acceleration of a truck that hardly turns */
@@ -34,6 +33,10 @@ static const uint32_t watched_bits[OC_WATCHED] = {OC_HAS_STEERING_WHEEL_ANGLE, O
                                                   OC_HAS_LATERAL_ACCELERATION};
 static const int32_t first_of[OC_PAIRS] = {OC_BY_ANGLE, OC_BY_YAW_RATE, OC_BY_ANGLE, OC_BY_YAW_RATE};
 static const int32_t second_of[OC_PAIRS] = {OC_BY_YAW_RATE, OC_BY_ACCELERATION, OC_BY_ACCELERATION, OC_BY_WHEELS};
+
+float oc_assignment_speed(void) {
+    return compared_speed;
+}
 
 float oc_signal_jump_min(int32_t k) {
     return jump_min[k];
@@ -112,12 +115,12 @@ static void take_means(oc_assignment *a, const oc_assignment_design *d, step_mea
 static void follow_levels(oc_assignment *a, const oc_assignment_design *d, const step_means *step) {
     const float *mean = step->of;
     const float v = mean[VXS];
-    const bool fast = step->has[VXS] && v > predicted_speed;
+    const bool fast = step->has[VXS] && v > compared_speed;
     const float predictions[OC_WATCHED] = {fast ? mean[YAW] * d->ratio_times_wheelbase / v : 0.0f,
                                            mean[SWA] * v * d->per_ratio_times_wheelbase, step->wheel_mean,
                                            mean[YAW] * v};
     const bool has[OC_WATCHED] = {fast && step->has[YAW], fast && step->has[SWA],
-                                  step->has[VXS] && v > compared_speed && step->has_wheels, fast && step->has[YAW]};
+                                  fast && step->has_wheels, fast && step->has[YAW]};
     a->level_steps += 1;
     const bool mean_ends = a->level_steps >= level_steps;
     for (int32_t k = 0; k < OC_WATCHED; ++k) {

@@ -86,6 +86,9 @@ void oc_assignment_compare(oc_pair_comparison *comparison, const oc_assignment *
 /* Names the fault by what was collected so far. */
 void oc_assignment_judge(oc_assignment *assignment, const oc_assignment_design *design);
 
+/* m/s, from which signals are compared: the truck rolls. */
+float oc_assignment_speed(void);
+
 /* Minimum of a jump and of a jump that no truck makes, in a tick; minimum change that a stuck signal misses; of the
  * k-th signal in its unit. */
 float oc_signal_jump_min(int32_t k);

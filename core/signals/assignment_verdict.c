@@ -13,14 +13,11 @@ static const float wrapped_within = 0.35f;
 static const float wrapped_jumps = 5.0f; /* minimum number of such jumps */
 static const float end_s = 6.0f; /* s: minimum time exactly at each end of the range of a clipped angle */
 static const float ends_alike = 0.01f; /* share of an end by which the two may differ */
-static const float rolls = 2.0f; /* m/s: minimum speed that is no standstill */
 static const float mended_s = 20.0f; /* s: until a stuck signal that changes again is used */
 static const float hold_s = 3600.0f; /* s: until another fault that nothing shows any more ends */
-static const float lag_angle_min = -0.25f; /* s: lag of the yaw rate behind the angle, minimum */
 static const float lag_angle_max = 0.55f; /* s: the same, maximum */
 static const float lag_acceleration = 0.25f; /* s: maximum lag between lateral acceleration and the others */
 static const float lag_acceleration_late = 0.75f; /* s: maximum lag of the lateral acceleration */
-static const float lag_wheels = 0.15f; /* s: maximum lag of the yaw rate behind the wheel speeds */
 /* of the signal: minimum standard deviation of noise */
 static const float noise_sd_min[OC_WATCHED] = {0.2f, 0.015f, 1.0f, 1.0f};
 static const float sized_like = 0.7f; /* minimum likeness of two signals whose sizes are compared */
@@ -73,7 +70,7 @@ static bool judge_alone(oc_assignment *a, const oc_assignment_design *d, int32_t
     static const int32_t bits[OC_WATCHED] = {ANGLE_BIT, YAW_RATE_BIT, SPEED_BIT, ACCELERATION_BIT};
     const int32_t bit = bits[k];
     const float held = (float)w->held_ticks * d->tick_s;
-    const bool alone = k == OC_SPEED_WATCH && w->last > rolls;
+    const bool alone = k == OC_SPEED_WATCH && w->last > oc_assignment_speed();
     if (oc_signal_is_stuck(level, w, held, d->step_s, oc_signal_missed_min(k), alone)) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_STUCK, bit, held);
     }
@@ -210,8 +207,8 @@ static bool judge_lag(oc_assignment *a, const oc_pair_comparison *of) {
     const oc_pair_comparison *da = &of[OC_PAIR_ANGLE_ACCELERATION], *yw = &of[OC_PAIR_YAW_RATE_WHEELS];
     const bool has_ya = oc_pair_agreement(ya) > 0, has_da = oc_pair_agreement(da) > 0;
     const bool has_lag = oc_pair_agreement(dy) > 0 && dy->has_lag;
-    const bool wheels_lead = oc_pair_agreement(yw) > 0 && yw->lag_s < -lag_wheels;
-    if (has_lag && dy->lag_s < lag_angle_min && (!has_da || da->lag_s < -lag_acceleration)) {
+    const bool wheels_lead = oc_pair_agreement(yw) > 0 && yw->lag_s < -lag_acceleration;
+    if (has_lag && dy->lag_s < -lag_acceleration && (!has_da || da->lag_s < -lag_acceleration)) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_LATE, ANGLE_BIT, -dy->lag_s);
     }
     if (has_lag && dy->lag_s > lag_angle_max &&

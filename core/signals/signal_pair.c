@@ -15,20 +15,15 @@ static const float motion_max = 12.0f; /* (m/s^2)^2: sum of squared changes at w
 static const float steps_max = 3000.0f; /* number of steps at which the sums are halved */
 static const float motion_min = 1.0f; /* (m/s^2)^2: minimum sum of squared changes of a comparison */
 static const float steps_min = 600.0f; /* minimum number of steps of a comparison */
-static const float slow_steps_min = 300.0f; /* the same at low speed */
 static const float typical_share = 0.003f; /* share of a step in the mean size of a change: 33 s */
 static const float typical_growth = 4.0f; /* maximum of a change in this mean, over the mean */
 static const float typical_min = 0.02f; /* m/s^2: the same, for signals at rest */
 static const float unusual = 3.0f; /* size of a change over the mean, from which it counts less: kerbs, glitches */
-static const float spread_steps = 40.0f; /* minimum number of steps of equal motion that amount to all of it */
 static const float like = 0.5f; /* minimum likeness of two signals of one motion; on straight motorways it is 0.65 */
 static const float unlike = 0.3f; /* maximum likeness of two signals of different motion */
-static const float beside_noise = 0.05f; /* ratio of sizes below which the larger one is no motion of a truck */
 static const float motion_share_min = 0.3f; /* share of motion in the changes from which signals are called unlike */
-static const float lag_cost = 0.03f; /* share of the likeness that a lag of a step costs */
 static const float distinct = 0.92f; /* maximum likeness 0.4 s beside the lag over that at the lag */
 static const float one_side = 0.02f; /* maximum share of the other side of a signal without sign */
-static const float two_sided_s = 5.0f; /* s: minimum time to each side of a truck that turns to both */
 static const float branch_like = 0.08f; /* minimum likeness on each side of a signal without sign */
 /* end */
 
@@ -61,7 +56,6 @@ static void halve_pair(oc_signal_pair *pair) {
     }
     pair->first *= 0.5f;
     pair->second *= 0.5f;
-    pair->motion_squares *= 0.25f;
     pair->slow_first *= 0.5f;
     pair->slow_second *= 0.5f;
     pair->left_of_first *= 0.5f;
@@ -101,8 +95,6 @@ void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_
     }
     pair->first += x * x;
     pair->second += y * y;
-    const float motion = x * x + y * y;
-    pair->motion_squares += motion * motion;
     pair->steps += 1.0f;
     if (slow) {
         pair->slow_first += x * x;
@@ -116,23 +108,6 @@ void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_
     }
 }
 
-/* A product of the sign at the summit; none outside. */
-static float height(const oc_signal_pair *pair, int32_t lag, float sign) {
-    return lag < 0 || lag >= OC_LAG_COUNT ? 0.0f : sign * pair->products[lag];
-}
-
-/* The lag with the largest product of the same sign, from a lag on its slope. */
-static int32_t summit_near(const oc_signal_pair *pair, int32_t lag) {
-    const float sign = height(pair, lag, 1.0f) < 0.0f ? -1.0f : 1.0f;
-    while (height(pair, lag - 1, sign) > height(pair, lag, sign)) {
-        --lag;
-    }
-    while (height(pair, lag + 1, sign) > height(pair, lag, sign)) {
-        ++lag;
-    }
-    return lag;
-}
-
 /* Whether the product falls on both sides of its largest size. */
 static bool is_distinct(const oc_signal_pair *pair, int32_t lag) {
     enum { BESIDE = 4 };
@@ -141,22 +116,13 @@ static bool is_distinct(const oc_signal_pair *pair, int32_t lag) {
            fabsf(pair->products[lag + BESIDE]) < limit;
 }
 
-/* A small lag is preferred: a truck that weaves is as like itself, with the other sign, half a period later. */
+/* The lag with the largest product, of either sign. */
 static int32_t best_lag(const oc_signal_pair *pair) {
     int32_t best = OC_LAGS;
-    float best_size = fabsf(pair->products[OC_LAGS]);
     for (int32_t l = 0; l < OC_LAG_COUNT; ++l) {
-        const float size = fabsf(pair->products[l]) * (1.0f - lag_cost * fabsf((float)(l - OC_LAGS)));
-        best = size > best_size ? l : best;
-        best_size = oc_max(size, best_size);
+        best = fabsf(pair->products[l]) > fabsf(pair->products[best]) ? l : best;
     }
-    return summit_near(pair, best);
-}
-
-/* Whether the motion is of many steps: one glitch decides nothing. */
-static bool is_spread(const oc_signal_pair *pair) {
-    const float motion = pair->first + pair->second;
-    return motion * motion > spread_steps * pair->motion_squares;
+    return best;
 }
 
 /* Share of a signal's squared changes that is not noise. */
@@ -167,7 +133,7 @@ static float motion_of(const oc_witness *witness, float squares, float steps) {
 void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair *pair, const oc_witness *of_first,
                             const oc_witness *of_second, float step_s) {
     const int32_t best = best_lag(pair);
-    const bool slow = pair->slow_steps >= (pair->halved != 0 ? 0.5f : 1.0f) * slow_steps_min &&
+    const bool slow = pair->slow_steps >= (pair->halved != 0 ? 0.5f : 1.0f) * 0.5f * steps_min &&
                       oc_max(pair->slow_first, pair->slow_second) > motion_min;
     const float first = slow ? pair->slow_first : pair->first, second = slow ? pair->slow_second : pair->second;
     *comparison = (oc_pair_comparison){
@@ -178,9 +144,8 @@ void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair
         .size = sqrtf(first / (second + no_motion)),
         .is_slow = slow,
         .enough = pair->steps >= (pair->halved != 0 ? 0.1f : 1.0f) * steps_min &&
-                  oc_max(pair->first, pair->second) > motion_min && is_spread(pair),
+                  oc_max(pair->first, pair->second) > motion_min,
         .has_lag = is_distinct(pair, best),
-        .both_move = oc_min(pair->first, pair->second) > motion_min,
     };
 }
 
@@ -192,7 +157,7 @@ int32_t oc_pair_agreement(const oc_pair_comparison *pair) {
 bool oc_pair_is_unlike(const oc_pair_comparison *pair, bool trusts_first, bool trusts_second) {
     const float expected = oc_min(pair->size, 1.0f / oc_max(pair->size, no_motion));
     const bool too_small = (trusts_first && pair->size > 1.0f) || (trusts_second && pair->size < 1.0f);
-    const bool comparable = expected > unlike || too_small || (pair->both_move && expected < beside_noise);
+    const bool comparable = expected > unlike || too_small;
     const bool is_motion = pair->motion > motion_share_min;
     return pair->enough && is_motion && comparable &&
            fabsf(pair->likeness) < unlike * pair->motion * oc_max(expected, unlike);
@@ -204,7 +169,7 @@ bool oc_witness_is_one_sided(const oc_witness *witness) {
 }
 
 bool oc_witness_is_two_sided(const oc_witness *witness) {
-    return oc_min(witness->left_s, witness->right_s) > two_sided_s;
+    return oc_min(witness->left_s, witness->right_s) > 0.0f;
 }
 
 bool oc_pair_is_folded(const oc_signal_pair *pair, float left, float right) {

@@ -24,7 +24,6 @@ typedef struct {
     float weights[OC_CHANGE_RING]; /* of the changes, 0 to 1 */
     float products[OC_LAG_COUNT]; /* with the second later by -OC_LAGS to OC_LAGS steps */
     float first, second;       /* squares */
-    float motion_squares;      /* squares of the sums of both squares of a step */
     float slow_first, slow_second; /* squares at low speed, where understeer and banked bends hardly count */
     float left_of_first, right_of_first, left_of_second, right_of_second; /* products without lag, by the sign of one */
     float steps, slow_steps;
@@ -37,7 +36,7 @@ typedef struct {
     float motion;              /* share of the motion in both signals' changes, the rest is noise; 0 to 1 */
     float size;                /* of the first's motion over that of the second; at low speed if `is_slow` */
     bool is_slow;
-    bool enough, both_move;
+    bool enough;
     bool has_lag;              /* the lag is distinct: a steady ramp is like itself at any lag */
 } oc_pair_comparison;
 

@@ -482,14 +482,17 @@ static void take_in(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint
     tracking->next = n;
 }
 
-/* Solves the equations where due, then adds the rest of the samples. */
 static void solve(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, int32_t k) {
-    oc_hypothesis *h = &joint->hypotheses[k];
-    const bool learned = tracking->learned != 0;
-    if (tracking->solves_all || (learned && is_due(joint, k))) {
-        oc_hypothesis_solve(h, &design->hypothesis, &tracking->prior, &joint->second, &tracking->equations);
+    if (tracking->solves_all || (tracking->learned && is_due(joint, k))) {
+        oc_hypothesis_solve(&joint->hypotheses[k], &design->hypothesis, &tracking->prior, &joint->second,
+                            &tracking->equations);
     }
-    if (learned && (tracking->solves_all || is_due(joint, k))) {
+}
+
+/* Moves toward the solution, then adds the rest of the samples. */
+static void move_on(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design, int32_t k) {
+    oc_hypothesis *h = &joint->hypotheses[k];
+    if (tracking->learned && (tracking->solves_all || is_due(joint, k))) {
         oc_hypothesis_relinearise(h, &design->hypothesis);
     }
     for (int32_t n = tracking->next; n < tracking->collected.count; ++n) {
@@ -529,16 +532,16 @@ static bool end_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
 
 bool oc_joint_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                    const oc_estimate *last_offset, double time) {
-    const int32_t done = 2 * joint->count + 1 - tracking->due;
-    const int32_t k = done / 2;
+    const int32_t done = OC_JOINT_PIECES * joint->count + 1 - tracking->due;
+    const int32_t k = done / OC_JOINT_PIECES;
     --tracking->due;
     if (k == joint->count) {
         return end_round(joint, tracking, design, last_offset, time);
     }
-    if (done == 2 * k) {
-        take_in(joint, tracking, design, k);
-    } else {
-        solve(joint, tracking, design, k);
+    switch (done % OC_JOINT_PIECES) {
+    case 0: take_in(joint, tracking, design, k); break;
+    case 1: solve(joint, tracking, design, k); break;
+    default: move_on(joint, tracking, design, k); break;
     }
     return false;
 }
@@ -560,7 +563,7 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->prior = *prior;
     tracking->collected = tracking->filling;
     tracking->filling.count = 0;
-    tracking->due = 2 * joint->count + 1;
+    tracking->due = OC_JOINT_PIECES * joint->count + 1;
     tracking->solves_all = joint->solves_all;
     tracking->min_error = 1e9f;
     tracking->loads_rare_flank = loads_rare_flank(joint, tracking, design);

@@ -4,8 +4,8 @@
  * hypothesis starts from another play and estimates all four. Its weight follows from its prediction errors.
  *
  * About every tenth tick is a sample, and a second has about ten samples. In the next second the hypotheses process
- * them piece by piece, so that the load of the ticks is even. A hypothesis has two pieces: it adds the samples to its
- * evidence, then solves its equations. A round is all pieces of all hypotheses, and one to end it. Corrections apply to
+ * them piece by piece, so that the load of the ticks is even. A hypothesis has three pieces: it adds a second to its
+ * evidence, solves its equations, then adds the samples of the next second. A round is all pieces of all hypotheses, and one to end it. Corrections apply to
  * all hypotheses between two rounds (docs/method.md, "Rounds"). */
 
 #include <stdbool.h>
@@ -18,6 +18,7 @@
 enum {
     OC_JOINT_HYPOTHESES = 12,
     OC_JOINT_LATER_STARTS = 2 * OC_JOINT_HYPOTHESES,
+    OC_JOINT_PIECES = 3,    /* of deferred work, of a hypothesis in a round */
     OC_JOINT_SAMPLES = 12,  /* maximum in a second, reached at 24 Hz */
     OC_JOINT_SECONDS_PER_SOLVING = 4, /* even, and a divisor of OC_SECONDS_PER_LONG_BLOCK */
     OC_CHANGES_MAX = 6
@@ -84,7 +85,7 @@ typedef struct {
     oc_prior prior;              /* of this round */
     oc_collected filling;        /* the second being collected */
     oc_collected collected;      /* the previous second, for the hypotheses */
-    int32_t due;                 /* pieces of deferred work: two a hypothesis, and one to end the round; 0: no round */
+    int32_t due;                 /* pieces of deferred work of this round, the one that ends it among them; 0: no round */
     int32_t next;                /* first sample that the present hypothesis processes after its solution */
     int32_t learned;             /* the present hypothesis learned from a second of evidence */
     int32_t loads_rare_flank;    /* the collected samples load a flank that was seldom loaded */

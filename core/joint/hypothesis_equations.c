@@ -19,7 +19,6 @@ static const float half_width_max = 12.5f * 0.017453292f;  /* rad, against diver
 static const float weight_min = 1e-6f;                     /* s, against a division by zero */
 
 /* Tuned, in tuned.toml: hypothesis_equations */
-static const float gradient_min = 0.2f * 0.017453292f; /* rad/(m/s^2): minimum gradient of an interval */
 static const float front_slip = 0.7f * 0.017453292f; /* rad/(m/s^2): slip of the front wheels per front tyre force */
 static const float road_max = 0.6f; /* m/s^2: distance of a_0 from its prior that roads explain */
 static const float prior_cost_max = 8.0f; /* maximum cost for a_0's distance from its prior */
@@ -248,8 +247,7 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     const float likely_set_up = set_up_share_of(h, design, prior) * set_up;
     const bool either_side = prior->bank_sd > 0.0f; /* the interval reaches as far on both sides */
     const float set_up_variance = (either_side ? 2.0f : 1.0f) * two_ends_share * likely_set_up * set_up;
-    /* i K with a minimum K: on some motorways bends are attributed to play */
-    const float per_pull = design->steering_ratio * oc_max(h->gradient, gradient_min);
+    const float per_pull = design->steering_ratio * oc_max(h->gradient, 0.0f);
     const float per_pull_squared = per_pull * per_pull;
     h->prior_cost = oc_min(0.5f * deviation * deviation / spread, prior_cost_max);
     h->set_up_lean = either_side ? 0.0f : -0.5f * per_pull * likely_set_up;

@@ -1,15 +1,14 @@
 #include <math.h>
 
 #include "bounds.h"
+#include "joint_model.h"
 #include "methods.h"
 
 /* Tuned, in tuned.toml: joint_verdict */
 /* rad/s: sd of the offset after a tyre lost air, as an error of the yaw rates until it was noticed */
 static const float leak_bias = 0.035f * 0.017453292f;
-static const float play_min = 0.5f * 0.017453292f; /* rad: play from which on two flanks, and so a_0, are observable */
 static const float recent_share = 0.0125f; /* 1/s: weight of a second in the recent offset: 80 s */
 static const float of_movement = 1.25f; /* sd of a moving offset over its recent movement */
-static const float wheelbase_observable = 0.02f; /* maximum sd of an identified wheelbase, as a share */
 static const float gradient_max = 1.2f * 0.017453292f; /* rad/(m/s^2): maximum understeer gradient of any truck */
 static const float wheelbase_off_max = 0.3f; /* maximum error of the wheelbase of an answer that is valid, as a share */
 static const float steered_sd_share = 0.33f; /* sd by an unknown flank over the error of the seconds that show it */
@@ -91,12 +90,12 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
     learned->understeer_gradient = estimate_from(found.of[OC_OF_GRADIENT], found.used, gradient);
     learned->backlash = estimate_from(found.of[OC_OF_WIDTH], found.used, play);
     /* a_0 is observable only through play */
-    const bool plays = found.of[OC_OF_WIDTH].value - 1.96f * found.of[OC_OF_WIDTH].sd > play_min;
+    const bool plays = found.of[OC_OF_WIDTH].value - 1.96f * found.of[OC_OF_WIDTH].sd > 0.0f;
     learned->unloading_acceleration =
         estimate_from(found.of[OC_OF_UNLOADING], found.used, plays ? play : OC_UNOBSERVABLE);
     const float wheelbase = (float)c->vehicle.wheelbase;
     const oc_found longer = found.of[OC_OF_WHEELBASE];
     const oc_found metres = {wheelbase + wheelbase * longer.value, wheelbase * longer.sd};
     learned->equivalent_wheelbase = estimate_from(
-        metres, found.used, !enough ? OC_CONVERGING : longer.sd < wheelbase_observable ? OC_VALID : OC_UNOBSERVABLE);
+        metres, found.used, !enough ? OC_CONVERGING : longer.sd < 0.5f * oc_joint_priors()[WHEELBASE].sd ? OC_VALID : OC_UNOBSERVABLE);
 }

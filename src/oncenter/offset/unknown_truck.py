@@ -10,12 +10,12 @@ from collections.abc import Mapping
 
 from oncenter import _core
 from oncenter.findings import Finding, Kind, demand, finding
-from oncenter.tuned import TUNED
+from oncenter.tuned import PRIORS, TUNED
 from oncenter.vehicle import ANY_SIDE_FORCE_M2_S2, Vehicle
 
 _IDENTIFIED = 0.25  # sd of the product, as a share: worth another pass
 _AGREES = 0.04  # between the product of a pass and the one that it finds, as a share
-_VALID = TUNED["joint_verdict.wheelbase_observable"]  # sd of an identified product, as a share
+_VALID = 0.5 * PRIORS["WHEELBASE"][1]  # sd of an identified product, as a share: as core/monitor/joint_verdict.c
 _LAYOUT_SD = 0.85  # sd of the lateral forces of the four layouts, 7 (m/s)^2, over the one that is assumed
 SIDE_FORCE = "tandem_side_force_m2_s2"
 _BENDS_S = 60.0

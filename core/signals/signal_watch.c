@@ -22,8 +22,7 @@ static const float filled_share = 0.004f; /* minimum share of the time at this v
 static const float alternation_max = 0.6f;
 static const float alternate_zeros = 0.35f; /* minimum share of zeros, where every second sample is filled */
 static const float jumps_min = 20.0f; /* minimum number of jumps that no truck makes */
-static const float jumps_per_s = 0.1f; /* 1/s: the same, in the mean */
-static const float impossible_share = 0.1f; /* minimum share of the time with values that no truck has */
+static const float jumps_per_s = 0.1f; /* 1/s: the same, in the mean; share of the time with values that no truck has */
 /* end */
 
 float oc_signal_resolution(const oc_signal_watch *w) {
@@ -140,5 +139,5 @@ bool oc_signal_is_filled(const oc_signal_watch *w) {
 
 bool oc_signal_jumps(const oc_signal_watch *w) {
     return (w->jumps >= jumps_min && w->jumps >= jumps_per_s * w->observed_s) ||
-           (w->impossible_s > 1.0f && w->impossible_s > impossible_share * w->observed_s);
+           (w->impossible_s > 1.0f && w->impossible_s > jumps_per_s * w->observed_s);
 }

@@ -21,13 +21,11 @@ static const float speed_s = 0.1f; /* s: time constant of the vehicle speed */
 /* s: time constant of a_y - r v, part of the lateral force that the yaw rate lacks */
 static const float bank_s = 0.05f;
 static const float rate_s = 0.1f; /* s: time constant of the published steering rate */
-static const float takeover_s = 1.0f; /* s: time constant of the difference at a change between sensor and estimate */
 static const float check_s = 0.05f; /* s: period of the place in the play, of learning and of the sensor check */
 static const float moved_min = 0.7f * 0.017453292f; /* rad: movement of the wheels that is not noise */
 static const float moved_clear = 2.0f * 0.017453292f; /* rad: movement by which the driver clearly pushes the wheels */
 static const float backward_creep_factor = 2.0f; /* creep through the play in the observer, over the learned creep */
 static const float near_friction = 0.1f; /* m/s^2: lateral force beyond friction that may be unmeasured wind and bank */
-static const float neutral_sds = 1.0f; /* sd of a_0 beyond friction, below which the flank is uncertain */
 static const float flank_memory_s = 0.5f; /* s: time without lateral force until the flank is uncertain */
 static const float place_variance_max = 0.7f; /* variance of an unknown place in the play, -1 to 1 */
 static const float error_sd = 0.6f * 3.14159265358979323846f / 180.0f; /* rad: sd of the slow error at speed */
@@ -90,7 +88,7 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
         .speed_share = tick_s / (speed_s + tick_s),
         .bank_share = tick_s / (bank_s + tick_s),
         .rate_share = tick_s / (rate_s + tick_s),
-        .takeover_share = tick_s / (takeover_s + tick_s),
+        .takeover_share = tick_s / (1.0f + tick_s),
         .acceleration_noise = w * w * w * w / (2.0f * (slope * (1.0f + damping * lag) - w * w * lag)),
         .swing_keep = 1.0f - tick_s / swing_s,
         .activity_share = tick_s * (float)ticks_per_check / activity_s,
@@ -189,7 +187,7 @@ static void follow_play(oc_angle_tracking *t, const oc_angle_design *d, const oc
     if (beyond < near_friction) {
         place -= place * share;
     }
-    if (beyond < near_friction + neutral_sds * unloading_sd) {
+    if (beyond < near_friction + unloading_sd) {
         t->place_variance += (place_variance_max - t->place_variance) * share;
     }
     t->place_step = (oc_clamp_size(place, 1.0f) - t->place) / (float)d->ticks_per_check;

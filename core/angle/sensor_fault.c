@@ -8,16 +8,13 @@
 static const float rad_in_deg = 0.017453292f; /* pi/180 */
 
 /* Tuned, in tuned.toml: sensor_fault */
-static const float limit_deg = 10.0f; /* deg: minimum of the limit of the difference */
+/* deg: minimum of the limit of the difference, which is the larger of this and limit_sds */
+static const float limit_deg = 10.0f;
 static const float limit_sds = 5.5f; /* sd: the limit, in standard deviations of the estimate */
-static const float within_share = 0.5f; /* of the limit; below, the sensor is healthy again */
 static const float borderline = 0.8f; /* of the limit, beyond which a difference is summed */
 static const float counted_max = 1.2f; /* maximum in the sum, in limits */
-static const float fault_s = 0.9f; /* s: sum, in limits, that is a fault; 2.3 s far beyond the limit, 4.5 s at it */
-static const float fault_after_step_s = 0.5f; /* s: the same after a step that no driver makes */
-static const float flank_deficit_deg = 10.0f; /* deg: added on a rarely loaded flank; the play may be larger there */
+static const float fault_s = 0.9f; /* s: sum, in limits, that is a fault */
 static const float fault_mean = 0.6f; /* mean difference that is a fault, in limits; the play can mask a lasting one */
-static const float mean_of_s = 20.0f; /* s: memory of that mean */
 static const float suspended_max_s = 60.0f; /* s: maximum time without learning by suspicion */
 static const float suspension_recovery = 0.05f; /* of the time within the limit */
 static const float limit_growth_step = 0.5f; /* growth of the limit for each drift that ended; the truck has changed */
@@ -40,7 +37,6 @@ static const float noise_deg = 2.0f; /* deg: noise of both angles, in addition t
 static const float reversed_min = 20.0f; /* log of the odds that is a wrong sign */
 static const float reversed_some = 5.0f; /* log of the odds that is a suspicion: nothing is learned */
 static const float reversed_rate = 8.0f; /* 1/s: maximum rate of the log of the odds; a kerb's kick is no bend */
-static const float kick_max_deg = 10.0f; /* deg: maximum of a kick in the means, or its end looks like a bend */
 static const double onset_s = 3.0; /* s: maximum time from a step or stop to the last small difference */
 static const float offset_memory_s = 200.0f; /* s: delay of the offset that the sensor is compared with */
 static const float sd_memory_factor = 2.0f; /* growth of the offset's sd is delayed this much more */
@@ -48,7 +44,6 @@ static const float drifting_mean = 0.2f; /* mean difference of a possible drift,
 static const float drifting_factor = 4.0f; /* by which the offset is then delayed more */
 static const float replaced_s = 300.0f; /* s: constant difference until a faulty sensor counts as remounted */
 static const float steady_reset = 5.0f; /* seconds that a second at another difference subtracts from it */
-static const float steady_memory_s = 600.0f; /* s: memory of the constant difference */
 /* end */
 
 const char *oc_fault_name(oc_fault fault) {
@@ -126,8 +121,8 @@ static void compare_signs(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->mean_estimate = tick->estimate;
     }
     const float m = tick->measured - w->mean_measured, e = tick->estimate - w->mean_estimate;
-    w->mean_measured += share * oc_clamp_size(m, kick_max_deg * rad_in_deg);
-    w->mean_estimate += share * oc_clamp_size(e, kick_max_deg * rad_in_deg);
+    w->mean_measured += share * oc_clamp_size(m, limit_deg * rad_in_deg);
+    w->mean_estimate += share * oc_clamp_size(e, limit_deg * rad_in_deg);
     const float agreement = 2.0f * m * e / (tick->sd * tick->sd + noise * noise);
     w->reversed -= oc_clamp_size(agreement, reversed_rate) * tick->judged_s;
     w->reversed = oc_clamp(w->reversed, 0.0f, 2.0f * reversed_min);
@@ -178,9 +173,9 @@ static void sum_excess(oc_fault_watch *w, const oc_fault_tick *tick, float share
 static void follow_difference(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
     const float share = oc_clamp_size(difference / limit, counted_max);
     sum_excess(w, tick, share, limit);
-    w->mean += (share - w->mean) * tick->judged_s / mean_of_s;
+    w->mean += (share - w->mean) * tick->judged_s / recovered_s;
     w->exceeds_limit = fabsf(share) > 1.0f;
-    if (fabsf(share) < within_share) {
+    if (fabsf(share) < 0.5f) {
         w->last_within = tick->time;
         w->within_s += tick->judged_s;
         w->suspended_s = oc_max(w->suspended_s - suspension_recovery * tick->judged_s, 0.0f);
@@ -221,15 +216,15 @@ static bool is_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float diff
     if (!(w->steady_s > 0.0f)) {
         w->steady_difference = difference;
     }
-    const bool steady = follows && fabsf(difference - w->steady_difference) < within_share * limit;
-    w->steady_difference += steady ? (difference - w->steady_difference) * tick->judged_s / steady_memory_s : 0.0f;
+    const bool steady = follows && fabsf(difference - w->steady_difference) < 0.5f * limit;
+    w->steady_difference += steady ? (difference - w->steady_difference) * tick->judged_s / (2.0f * replaced_s) : 0.0f;
     w->steady_s = oc_max(w->steady_s + (steady ? tick->judged_s : -steady_reset * tick->judged_s), 0.0f);
     return w->steady_s > replaced_s;
 }
 
 static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float limit = (1.0f + w->limit_growth) * oc_max(limit_deg * rad_in_deg, limit_sds * judged_sd(w, tick)) +
-                        flank_deficit_deg * rad_in_deg * tick->flank_deficit;
+                        limit_deg * rad_in_deg * tick->flank_deficit;
     const float difference = tick->measured - w->offset - tick->estimate;
     follow_difference(w, tick, difference, limit);
     compare_signs(w, tick);
@@ -240,11 +235,11 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
             set_fault(w, OC_FAULT_STUCK, tick->time - (double)w->held_s, difference, tick->sd);
         } else if (w->reversed > reversed_min) {
             set_fault(w, OC_FAULT_WRONG_SIGN, w->last_agreement, 2.0f * reversed_min, 1.0f);
-        } else if (oc_max(w->left, w->right) > (has_recent_step(w) ? fault_after_step_s : fault_s)) {
+        } else if (oc_max(w->left, w->right) > (has_recent_step(w) ? 0.5f * fault_s : fault_s)) {
             const oc_fault kind = fault_kind(w);
             set_fault(w, kind, kind == OC_FAULT_JUMPED ? w->step_time : w->suspicious_since, difference, tick->sd);
         } else if (fabsf(w->mean) > fault_mean) {
-            set_fault(w, fault_kind(w), tick->time - (double)mean_of_s, difference, tick->sd);
+            set_fault(w, fault_kind(w), tick->time - (double)recovered_s, difference, tick->sd);
         }
     } else if (w->fault != OC_FAULT_LOST && w->fault != OC_FAULT_STUCK && w->reversed > reversed_min) {
         w->fault = OC_FAULT_WRONG_SIGN;

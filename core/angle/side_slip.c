@@ -3,8 +3,7 @@
 #include <math.h>
 
 /* Tuned, in tuned.toml: side_slip */
-static const double slip_noise = 0.005; /* rad: noise of side slip and steering, as a mean over slip_noise_s */
-static const double slip_noise_s = 1.0; /* s: correlation time of that noise */
+static const double slip_noise = 0.005; /* rad: noise of side slip and steering, as a mean over a second */
 /* rad, 1, rad/(m/s^2): misalignment of a receiver, its place over the wheelbase, tyre slip by 2.3 */
 static const double prior_mean[OC_SIDE_SLIP_TERMS] = {0.0, 0.5, 0.008};
 /* rad, 1, rad/(m/s^2): standard deviations of prior_mean */
@@ -20,7 +19,7 @@ static void terms_of(const oc_side_slip *tick, double *x) {
 void oc_side_slip_learn(oc_side_slip_evidence *e, const oc_side_slip *tick, double front_wheel, double tick_s,
                         double memory_s) {
     const double keep = 1.0 - tick_s / memory_s;
-    const double weight = tick_s / slip_noise_s / (slip_noise * slip_noise);
+    const double weight = tick_s / (slip_noise * slip_noise);
     const double slip = front_wheel - tick->lateral_speed / tick->speed;
     double x[OC_SIDE_SLIP_TERMS];
     terms_of(tick, x);

@@ -3,7 +3,7 @@
 #include <math.h>
 
 /* Derived. */
-static const double sensor_fade_s = 1.0;      /* takeover_s of angle.c, with which the sensor's last angle fades */
+static const double sensor_fade_s = 1.0;      /* s: as in angle.c, with which the sensor's last angle fades */
 
 /* Tuned, in tuned.toml: smooth */
 static const double hand_acceleration = 0.35; /* rad/s^2/sqrt(Hz): white angular acceleration of drivers */

@@ -4,7 +4,6 @@
 
 /* Tuned, in tuned.toml: without_sensor */
 static const float flank_s_min = 8.0f; /* s: load of a flank below which the offset may include half the play */
-static const float flank_share_min = 0.05f; /* share of both flanks' load below which the limit is wider */
 static const float unloaded_half_play_sd = 0.07f; /* rad: sd of half a play of up to 15 deg; 4 deg */
 static const float judge_after_s = 400.0f; /* s: comparison until the learned truck is accurate enough */
 static const float braked_angle_sd = 0.17f; /* rad: sd of the estimated angle while brakes turn the truck; 10 deg */
@@ -69,8 +68,7 @@ static bool has_motion(const oc_params *p, uint32_t valid) {
  * may be wider on this one. */
 static float flank_deficit(const oc_angle_truck *truck, float place) {
     const float flank_s = place > 0.0f ? truck->left_s : truck->right_s;
-    const float required = flank_s_min + flank_share_min * (truck->left_s + truck->right_s);
-    return flank_s < required ? fabsf(place) * (1.0f - flank_s / required) : 0.0f;
+    return flank_s < flank_s_min ? fabsf(place) * (1.0f - flank_s / flank_s_min) : 0.0f;
 }
 
 /* A remounted sensor: its offset changed by the difference to the estimate. Only the joint method can adapt an

@@ -17,7 +17,6 @@ static const float swing_min = 1e-12f;      /* (rad/s^2)^2, against 0/0 */
 static const float first_pole_hz = 5.0f; /* Hz: first pole of the filter of the yaw rate; drivers steer below 2 Hz */
 static const float pair_hz = 3.8f; /* Hz: pair of poles of this filter */
 static const float pair_damping = 0.65f; /* damping of this pair; less delay at the same noise than without ringing */
-static const float speed_s = 0.1f; /* s: time constant of the vehicle speed */
 /* s: time constant of a_y - r v, part of the lateral force that the yaw rate lacks */
 static const float bank_s = 0.05f;
 static const float rate_s = 0.1f; /* s: time constant of the published steering rate */
@@ -57,8 +56,6 @@ static const float loading_s = 60.0f; /* s: minimum length of such a stop */
 static const float learning_memory_s = 600.0f; /* s: memory of T, of the error's scale and of the side slip's terms */
 static const float learned_s = 30.0f; /* s: comparison until its scale of the error replaces the factor 2 */
 static const float unbanked_share = 0.3f; /* sd of K over K while the accelerometer is lost */
-static const float cube_angle_min = 0.15f; /* rad: front wheel angle beyond which its cube is learned */
-static const float cube_speed = 3.0f; /* m/s: minimum speed for learning the cube */
 static const float flattened_max = 0.3f; /* maximum error over the estimate for learning the cube */
 static const float flattening_sd = 0.5f; /* 1/rad^2: prior sd of the cube's share; the arctangent alone is 1/3 */
 static const float flattening_prior = 0.0001f; /* rad^6 s: sum of squared cubes with the prior's weight */
@@ -85,7 +82,6 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
         .yaw_rate_share = first / (1.0f + first),
         .stiffness = w * w,
         .damping = damping,
-        .speed_share = tick_s / (speed_s + tick_s),
         .bank_share = tick_s / (bank_s + tick_s),
         .rate_share = tick_s / (rate_s + tick_s),
         .takeover_share = tick_s / (1.0f + tick_s),
@@ -136,7 +132,7 @@ void oc_angle_filter(oc_angle_tracking *t, const oc_angle_design *d, const oc_an
     if (!t->running || !tick->has_motion) {
         return;
     }
-    t->speed += (tick->speed - t->speed) * d->speed_share;
+    t->speed = tick->speed;
     t->yaw_rate_first += (limited_yaw_rate(tick->yaw_rate) - t->yaw_rate_first) * d->yaw_rate_share;
     /* implicit in the damping: stable at 20 Hz */
     const float before = t->yaw_acceleration;
@@ -216,9 +212,7 @@ static float flattening(const oc_angle_evidence *e) {
 
 static void learn_flattening(oc_angle_evidence *e, const oc_angle_tracking *t, const oc_angle_design *d,
                              float error) {
-    const float cube_min = cube_angle_min * cube_angle_min * cube_angle_min;
-    const bool large = fabsf(t->cube) > cube_min && fabsf(t->speed) > cube_speed;
-    if (large && fabsf(error) < flattened_max * fabsf(t->estimate)) {
+    if (fabsf(error) < flattened_max * fabsf(t->estimate)) {
         const float left = flattening(e) * t->cube - error / (float)d->ratio.ratio;
         e->flattened += left * t->cube * d->check_s;
         e->cubes += t->cube * t->cube * d->check_s;

@@ -66,7 +66,7 @@ typedef struct {
     float acceleration_noise;         /* 1/s^2, variance of the yaw acceleration over the gyro's in a second's mean */
     float swing_keep;                 /* share of the swing that is left after a tick */
     float activity_share;             /* weight of a new check, of the activity */
-    float speed_share, bank_share, rate_share, takeover_share;
+    float bank_share, rate_share, takeover_share;
     float delay_s;                     /* s, of the yaw rate's filter */
     float tick_s;
     float per_damping;                /* 1 over the damping's divisor in a tick */

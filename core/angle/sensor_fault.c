@@ -21,12 +21,9 @@ static const float limit_growth_step = 0.5f; /* growth of the limit for each dri
 static const float limit_growth_max = 2.0f; /* maximum of this growth */
 static const float same_deg = 0.25f; /* deg: noise of a stuck sensor: smaller changes are none */
 static const float still_s = 10.0f; /* s: maximum stillness of a driver at speed, in bends of a few deg */
-static const float still_deg = 4.0f; /* deg: minimum of that turn */
 static const float frozen_s = 30.0f; /* s: maximum stillness of a driver anywhere */
 static const float recovered_s = 20.0f; /* s: time well within the limit after which a fault ends */
 static const float lost_s = 4.95f; /* s: without signal above driving_speed; 5 s, less the rounding of summed ticks */
-static const float driving_speed = 3.0f; /* m/s: minimum speed for a loss */
-static const float step_deg = 8.0f; /* deg: minimum change in a tick that is a step */
 static const float hand_rate_deg_s = 800.0f; /* deg/s: maximum steering rate of a driver */
 /* s: until a sensor that is back, a stuck value or the signs of both angles count */
 static const float settled_s = 1.0f;
@@ -35,7 +32,6 @@ static const float unpaired_factor = 10.0f; /* time that a gap takes from it, ov
 static const float mean_s = 8.0f; /* s: memory of the means that signs are compared about; longer than bends */
 static const float noise_deg = 2.0f; /* deg: noise of both angles, in addition to the sd */
 static const float reversed_min = 20.0f; /* log of the odds that is a wrong sign */
-static const float reversed_some = 5.0f; /* log of the odds that is a suspicion: nothing is learned */
 static const float reversed_rate = 8.0f; /* 1/s: maximum rate of the log of the odds; a kerb's kick is no bend */
 static const double onset_s = 3.0; /* s: maximum time from a step or stop to the last small difference */
 static const float offset_memory_s = 200.0f; /* s: delay of the offset that the sensor is compared with */
@@ -76,7 +72,7 @@ static bool watch_presence(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->present_s = w->paired_s = 0.0f;
     }
     if (!tick->has_measured) {
-        w->missing_s += tick->speed > driving_speed ? tick->tick_s : 0.0f;
+        w->missing_s += tick->speed > 1.0f ? tick->tick_s : 0.0f;
         w->present_s = 0.0f;
         w->interruption_time = tick->time;
         if (w->missing_s > lost_s && w->fault == OC_FAULT_NONE) {
@@ -96,7 +92,7 @@ static bool watch_presence(oc_fault_watch *w, const oc_fault_tick *tick) {
 static bool watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
     const float moved = fabsf(tick->measured - w->last);
     const bool returned = w->present_s < 2.0f * tick->tick_s;
-    const bool steps = moved > step_deg * rad_in_deg && moved > hand_rate_deg_s * rad_in_deg * tick->tick_s;
+    const bool steps = moved > hand_rate_deg_s * rad_in_deg * tick->tick_s;
     if (steps && !returned) {
         w->step_time = tick->time;
         w->paired_s = 0.0f;
@@ -188,15 +184,14 @@ static void follow_difference(oc_fault_watch *w, const oc_fault_tick *tick, floa
 static bool is_stuck(oc_fault_watch *w, const oc_fault_tick *tick, float limit) {
     const float turned = fabsf(tick->estimate - w->held_estimate);
     const bool misses_bend = w->exceeds_limit && turned > limit && w->held_s > settled_s;
-    const float clear = oc_max(still_deg * rad_in_deg, (float)OC_OUTLIER_SDS * tick->sd);
-    const bool is_still = w->held_s > still_s && turned > clear;
+    const bool is_still = w->held_s > still_s && turned > (float)OC_OUTLIER_SDS * tick->sd;
     w->held_fast_s += tick->judged_s;
     w->stuck_s = misses_bend || is_still ? w->stuck_s + tick->judged_s : 0.0f;
     return w->stuck_s > settled_s || w->held_fast_s > frozen_s;
 }
 
 static bool follows_truck(const oc_fault_watch *w) {
-    return w->held_s < recovered_s && w->reversed < reversed_some;
+    return w->held_s < recovered_s && w->reversed < 0.5f * reversed_min;
 }
 
 /* rad; with the delayed offset's sd, since the present one grows while the offset follows a drifting sensor. */
@@ -259,7 +254,7 @@ bool oc_fault_excludes_angle(const oc_fault_watch *w) {
 
 bool oc_fault_suspected(const oc_fault_watch *w) {
     const bool differs = w->suspended_s > 0.0f && w->suspended_s < suspended_max_s && w->within_s <= 0.0f;
-    return w->reversed > reversed_some || (w->fault == OC_FAULT_NONE && (differs || w->held_fast_s > still_s));
+    return w->reversed > 0.5f * reversed_min || (w->fault == OC_FAULT_NONE && (differs || w->held_fast_s > still_s));
 }
 
 /* Delays the learned offset; its sd decreases without delay. */

@@ -31,6 +31,7 @@ static const float outlying_max = 8.0f * 0.017453292f; /* rad: maximum error of 
 static const float outlying_sds = 4.0f; /* the same, in standard deviations of the prediction error */
 static const float outlying_gradient = 0.3f * 0.017453292f; /* rad/(m/s^2): growth of K, by snow, that explains one */
 static const float rare_flank_s = 60.0f; /* s: load on a flank until an error there may be a change */
+static const float flank_margin = 0.02f; /* m/s^2: beyond friction and a_0's sd, from which a flank is loaded */
 static const float prior_discount_max = 25.0f; /* maximum reduction of the weight of a_0's prior */
 static const float trailer_m = 7.0f; /* m: from the hitch to the axles' middle, of most semitrailers */
 static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: articulation until its friction is full */
@@ -217,7 +218,8 @@ static int32_t flank_of(const oc_joint *joint, const oc_joint_design *design, co
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
     const float friction = oc_max(best->play.friction, 0.0f);
-    const float beyond = design->unmeasured_bank + friction + sqrtf(best->variances.of[OC_OF_UNLOADING]);
+    const float beyond = flank_margin + design->unmeasured_bank + friction +
+                         sqrtf(best->variances.of[OC_OF_UNLOADING]);
     return load > beyond ? 1 : load < -beyond ? -1 : 0;
 }
 

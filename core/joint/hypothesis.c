@@ -8,7 +8,7 @@
 
 /* Derived. */
 static const float variance_min = 7.6e-7f;     /* rad^2, (0.05 deg)^2: model error, limit of single precision */
-static const float probation_cost = 16.0f; /* score_second's maximum of 8, twice, so that two outliers do not decide */
+static const float probation_cost = 2.0f * OC_SECOND_COST_MAX; /* two outliers do not decide */
 
 /* Tuned, in tuned.toml: hypothesis */
 static const float walk_sd = 0.8f * 0.017453292f; /* rad: random walk of an offset that walks, in a minute */
@@ -92,7 +92,7 @@ static void score_second(oc_hypothesis *h, const oc_second *second) {
     if (oc_hypothesis_is_on_probation(h, second)) {
         h->cost = keep * second->best_cost + probation_cost;
     } else {
-        h->cost = keep * h->cost + 0.5f * oc_clamp(squared / second->reference, 0.0f, 16.0f);
+        h->cost = keep * h->cost + 0.5f * oc_clamp(squared / second->reference, 0.0f, 2.0f * OC_SECOND_COST_MAX);
     }
 }
 

@@ -17,6 +17,8 @@
 #include "sensor_noise.h"
 #include "triangle.h"
 
+enum { OC_SECOND_COST_MAX = 8 }; /* of a second: one that is 4 standard deviations or more from its prediction */
+
 /* Priors from params, standstill and other filters. */
 typedef struct {
     float unloading_mean;   /* m/s^2, of a_0: accelerometer bias plus a given pull */

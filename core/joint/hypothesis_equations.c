@@ -21,7 +21,6 @@ static const float weight_min = 1e-6f;                     /* s, against a divis
 /* Tuned, in tuned.toml: hypothesis_equations */
 static const float front_slip = 0.7f * 0.017453292f; /* rad/(m/s^2): slip of the front wheels per front tyre force */
 static const float road_max = 0.6f; /* m/s^2: distance of a_0 from its prior that roads explain */
-static const float prior_cost_max = 8.0f; /* maximum cost for a_0's distance from its prior */
 static const float wide_pull = 2.5f; /* sd of a wide pull or wind over that of a usual one */
 static const float two_ends_share = 0.15f; /* variance of an interval between two offsets, over the squared distance */
 /* prior probability of roads that fall to the other side than that of traffic */
@@ -249,7 +248,7 @@ static void find_offset(oc_hypothesis *h, const oc_hypothesis_design *design, co
     const float set_up_variance = (either_side ? 2.0f : 1.0f) * two_ends_share * likely_set_up * set_up;
     const float per_pull = design->steering_ratio * oc_max(h->gradient, 0.0f);
     const float per_pull_squared = per_pull * per_pull;
-    h->prior_cost = oc_min(0.5f * deviation * deviation / spread, prior_cost_max);
+    h->prior_cost = oc_min(0.5f * deviation * deviation / spread, (float)OC_SECOND_COST_MAX);
     h->set_up_lean = either_side ? 0.0f : -0.5f * per_pull * likely_set_up;
     h->lean = per_pull * (of_bias * deviation - deviation) + h->set_up_lean;
     h->per_acceleration = per_pull * identified;

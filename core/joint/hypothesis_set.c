@@ -10,16 +10,17 @@ static const float one_degree = 0.017453292f; /* rad, pi/180 */
 
 /* Tuned, in tuned.toml: hypothesis_set */
 static const float same_place = 0.1f * 0.017453292f; /* rad: maximum difference of B/2, W/2 and o of like hypotheses */
-static const float drift_cost = 3.0f; /* initial cost of a drifting zero: odds of 1 to 20 */
+/* initial cost of a drifting zero, and of an offset that walks after an alarm: odds of 1 to 20 */
+static const float assumption_cost = 3.0f;
 static const float play_cost = 4.5f; /* initial cost of another play after an ignition: odds of 1 to 90 */
-static const float walk_cost = 3.0f; /* initial cost of an offset that walks, after an alarm: odds of 1 to 20 */
 /* variance of the summed errors of a long block, over that of independent seconds, from which the offset may walk */
 static const float walk_factor = 5.0f;
 /* rad: way of an offset that walks, from which it is in the answer */
 static const float walk_min = 1.0f * 0.017453292f;
 static const float walk_proof = 12.0f; /* cost by which it must predict better than all hypotheses that stay */
-static const float single_until_s = 300.0f; /* s: used driving until two redundant hypotheses are removed at a time */
-static const float frequent_until_s = 600.0f; /* s: used driving until new hypotheses begin half as often, each 80 s */
+/* s: used driving until two redundant hypotheses are removed at a time, and minimum evidence for the check for changes
+ * */
+static const float single_until_s = 300.0f;
 /* end */
 
 /* Half the width of a start with a given play: its mean, and one standard deviation less and more. */
@@ -56,6 +57,10 @@ static oc_play later_start_of(int32_t k, const oc_known_truck *known) {
         play.unwinding = 2.0f;
     }
     return play;
+}
+
+float oc_joint_settled_s(void) {
+    return single_until_s;
 }
 
 static int32_t best_of(const oc_joint *joint) {
@@ -139,7 +144,7 @@ static void start_counterpart(oc_joint *joint) {
     ++joint->count;
     *h = joint->hypotheses[joint->best];
     h->wanders = !h->wanders;
-    h->cost += h->wanders ? drift_cost : 0.0f;
+    h->cost += h->wanders ? assumption_cost : 0.0f;
 }
 
 /* Whether the offset walks is decided after an alarm, or where the errors of a long block have one sign. A
@@ -161,7 +166,7 @@ static void start_walker(oc_joint *joint) {
     *h = joint->hypotheses[joint->best];
     h->walks = 1;
     h->long_blocks.factor = h->blocks.factor;
-    h->cost += walk_cost;
+    h->cost += assumption_cost;
 }
 
 /* A free place, else that of the worst hypothesis; -1 where none is worse than a play that has changed. */
@@ -197,7 +202,7 @@ void oc_joint_open_play(oc_joint *joint, const oc_known_truck *known) {
  * Removes one redundant hypothesis each time, later two. */
 static void replace_redundant(oc_joint *joint, const oc_known_truck *known) {
     const bool later = joint->second.used_s > single_until_s;
-    const bool begins = joint->second.used_s < frequent_until_s || joint->second.long_blocks % 2 == 0;
+    const bool begins = joint->second.used_s < 2.0f * single_until_s || joint->second.long_blocks % 2 == 0;
     const int32_t replaced = redundant(joint);
     if (begins && (replaced >= 0 || joint->count < OC_JOINT_HYPOTHESES)) { /* in its place, to save a copy */
         const oc_play play = later_start_of(joint->next_start, known);

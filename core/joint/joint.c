@@ -24,14 +24,11 @@ static const float crowned_curvature = 0.0007f; /* 1/m: curvature up to which a 
 static const float banked_curvature_min = 0.004f; /* 1/m: curvature from which bends may be superelevated in full */
 static const float banked_curvature = 0.006f; /* 1/m: the same, usual */
 static const float banked_curvature_max = 0.0125f; /* 1/m: the same, up to which; junctions are tighter */
-static const float settled_age_s = 300.0f; /* s: minimum evidence for the check for changes */
 static const float place_settling_s = 20.0f; /* s: no change is suspected after a reset of the place */
 static const float outlying_error = 1.5f * 0.017453292f; /* rad: minimum error of a second far from the prediction */
 static const float outlying_max = 8.0f * 0.017453292f; /* rad: maximum error of such a second */
 static const float outlying_sds = 4.0f; /* the same, in standard deviations of the prediction error */
 static const float outlying_gradient = 0.3f * 0.017453292f; /* rad/(m/s^2): growth of K, by snow, that explains one */
-static const float rare_flank_s = 60.0f; /* s: load on a flank until an error there may be a change */
-static const float flank_margin = 0.02f; /* m/s^2: beyond friction and a_0's sd, from which a flank is loaded */
 static const float prior_discount_max = 25.0f; /* maximum reduction of the weight of a_0's prior */
 static const float trailer_m = 7.0f; /* m: from the hitch to the axles' middle, of most semitrailers */
 static const float fifth_wheel_slip = 0.2f * 0.017453292f; /* rad: articulation until its friction is full */
@@ -218,7 +215,7 @@ static int32_t flank_of(const oc_joint *joint, const oc_joint_design *design, co
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float load = oc_play_load(&best->play, sample);
     const float friction = oc_max(best->play.friction, 0.0f);
-    const float beyond = flank_margin + design->unmeasured_bank + friction +
+    const float beyond = load_noise + design->unmeasured_bank + friction +
                          sqrtf(best->variances.of[OC_OF_UNLOADING]);
     return load > beyond ? 1 : load < -beyond ? -1 : 0;
 }
@@ -234,7 +231,8 @@ static void count_flank_time(oc_joint *joint, const oc_joint_design *design, con
 static bool loads_rare_flank(const oc_joint *joint, const oc_joint_tracking *tracking, const oc_joint_design *design) {
     for (int32_t n = 0; n < tracking->collected.count; ++n) {
         const int32_t flank = flank_of(joint, design, &tracking->collected.samples[n]);
-        if ((flank > 0 && joint->loaded_left_s < rare_flank_s) || (flank < 0 && joint->loaded_right_s < rare_flank_s)) {
+        const float loaded_s = flank > 0 ? joint->loaded_left_s : joint->loaded_right_s;
+        if (flank != 0 && loaded_s < oc_joint_sure_flank_s()) {
             return true;
         }
     }
@@ -243,13 +241,13 @@ static bool loads_rare_flank(const oc_joint *joint, const oc_joint_tracking *tra
 
 /* Suspicion stops learning, so a young hypothesis would stay young. Therefore only an old best one may raise it. */
 static bool is_suspected(const oc_joint *joint) {
-    return joint->hypotheses[joint->best].age > settled_age_s && oc_change_suspected(&joint->watch);
+    return joint->hypotheses[joint->best].age > oc_joint_settled_s() && oc_change_suspected(&joint->watch);
 }
 
 static void watch_for_change(oc_joint *joint, const oc_joint_tracking *tracking, const oc_estimate *last_offset,
                              double time) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
-    if (!(best->age > settled_age_s) || tracking->loads_rare_flank) {
+    if (!(best->age > oc_joint_settled_s()) || tracking->loads_rare_flank) {
         return;
     }
     const oc_change change = oc_change_update(&joint->watch, best->error, tracking->min_error,
@@ -305,7 +303,7 @@ static void count_outlying(oc_joint *joint, const oc_joint_tracking *tracking, c
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const float keep = joint->second.memory_share, seconds = joint->second.second_s;
     const float width = 2.0f * (best->play.half_width + best->play.windup);
-    if (!(joint->second.used_s > settled_age_s)) {
+    if (!(joint->second.used_s > oc_joint_settled_s())) {
         return;
     }
     if (fabsf(width - joint->outlying_width) > outlying_error) { /* they were counted by another play */
@@ -446,7 +444,7 @@ bool oc_joint_standstill(oc_joint *joint, oc_joint_tracking *tracking, const oc_
 /* The minimum over the old hypotheses: an error that not all of them have is no change of the truck. A young one, or
  * one whose offset walks, may have adapted to the change already. */
 static void note_min_error(const oc_joint *joint, oc_joint_tracking *tracking, const oc_hypothesis *h) {
-    if (!h->walks && h->age > settled_age_s && h->cost < joint->second.best_cost + (float)OC_JOINT_REJECT_COST &&
+    if (!h->walks && h->age > oc_joint_settled_s() && h->cost < joint->second.best_cost + (float)OC_JOINT_REJECT_COST &&
         fabsf(h->error) < fabsf(tracking->min_error)) {
         tracking->min_error = h->error;
     }

@@ -5,8 +5,8 @@
  *
  * About every tenth tick is a sample, and a second has about ten samples. In the next second the hypotheses process
  * them piece by piece, so that the load of the ticks is even. A hypothesis has three pieces: it adds a second to its
- * evidence, solves its equations, then adds the samples of the next second. A round is all pieces of all hypotheses, and one to end it. Corrections apply to
- * all hypotheses between two rounds (docs/method.md, "Rounds"). */
+ * evidence, solves its equations, then adds the samples of the next second. A round is all pieces of all hypotheses,
+ * and one to end it. Corrections apply to all hypotheses between two rounds (docs/method.md, "Rounds"). */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -85,7 +85,7 @@ typedef struct {
     oc_prior prior;              /* of this round */
     oc_collected filling;        /* the second being collected */
     oc_collected collected;      /* the previous second, for the hypotheses */
-    int32_t due;                 /* pieces of deferred work of this round, the one that ends it among them; 0: no round */
+    int32_t due;                 /* pieces of deferred work, the one that ends the round among them; 0: no round */
     int32_t next;                /* first sample that the present hypothesis processes after its solution */
     int32_t learned;             /* the present hypothesis learned from a second of evidence */
     int32_t loads_rare_flank;    /* the collected samples load a flank that was seldom loaded */
@@ -200,7 +200,10 @@ double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *desi
  * of the play, one flank then stays loaded for minutes. Else 0. */
 float oc_joint_steered_by(const oc_joint *joint);
 
-/* Whether a_0 is far from its prior while one flank was loaded for a short time only. */
+/* s, load on a flank that is sure: an error there is no play. */
+float oc_joint_sure_flank_s(void);
+
+/* Whether a_0 is far from its prior while one flank was loaded for a shorter time. */
 bool oc_joint_is_implausible(const oc_joint *joint);
 
 /* Place in the play at the last sample, by the best hypothesis: 1 on the left flank, -1 on the right. */

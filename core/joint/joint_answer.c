@@ -8,11 +8,10 @@
 /* Tuned, in tuned.toml: joint_answer */
 static const float flank_s = 2.0f; /* s: load until a flank counts as loaded */
 static const float no_play_share = 0.1f; /* of this time that counts for a hypothesis without play */
-static const float missing_flank_cost = 16.0f; /* cost of a hypothesis for a flank not loaded since it began */
 static const float width_error = 0.2f * 0.017453292f; /* rad: sd of the play by the yaw rate's lag; also by snow */
 static const float rolling_share = 0.07f; /* sd of K over K: body roll adds to the accelerometer's reading */
 static const float implausible_cost = 2.5f; /* cost of a_0's distance above which a flank must be sure */
-static const float flank_sure_s = 60.0f; /* s: load on each flank that is sure */
+static const float flank_sure_s = 60.0f; /* s: load on a flank that is sure */
 static const float offset_error = 0.04f * 0.017453292f; /* rad: sd of the offset by model mismatch */
 static const float per_yaw_rate_noise = 2.4f; /* s: the same in addition, by noise of a second's mean yaw rate */
 /* rad/(m/s^2): the same, of the lateral acceleration */
@@ -36,6 +35,10 @@ double oc_joint_flank_lacking(const oc_joint *joint, const oc_joint_design *desi
     const bool found = wide && design->bank_unmeasured <= 0.0f && loaded > 0.5f * flank_s;
     const float needed = wide ? flank_s : flank_s / no_play_share;
     return found ? 0.0 : (double)oc_max(needed - loaded, 0.0f);
+}
+
+float oc_joint_sure_flank_s(void) {
+    return flank_sure_s;
 }
 
 bool oc_joint_is_implausible(const oc_joint *joint) {
@@ -127,7 +130,7 @@ void oc_joint_answer_get(oc_joint_answer *answer, const oc_joint *joint, const o
         const float own_right_s = joint->loaded_right_s - h->right_before;
         const float own_loaded = per * oc_min(own_left_s, own_right_s);
         const float excess_cost = oc_max(h->cost + h->prior_cost - best->cost - best->prior_cost, 0.0f);
-        const float flank_cost = missing_flank_cost * (lack(own_loaded) - lack(per * loaded));
+        const float flank_cost = 2.0f * (float)OC_SECOND_COST_MAX * (lack(own_loaded) - lack(per * loaded));
         const float weight = oc_likelihood(excess_cost + flank_cost);
         const float unloaded = weight * unloaded_width_variance(h, width_sd, design->bank_unmeasured, own_loaded);
         const float by_bank = gradient_share_sd * design->bank_unmeasured * oc_max(h->gradient, prior_gradient);

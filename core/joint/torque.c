@@ -15,13 +15,11 @@ static const float error_max_share = 0.5f; /* m/s^2, of a second: above it the c
 
 /* Tuned, in tuned.toml: torque */
 static const float slope_sd = 0.5f; /* sd of the slope g, over its prior */
-static const float constant_sd = 0.5f; /* m/s^2: sd of the constant T_1: an accelerometer's zero */
 static const float friction = 0.15f; /* m/s^2: prior of the column's friction f, 0.3 N m */
 static const float friction_sd = 0.1f; /* m/s^2: its sd, 0.2 N m */
 static const float second_sd = 0.15f; /* m/s^2: error of a second's mean: king pins, gaps; correlated */
 static const float torque_memory_s = 600.0f; /* s: memory of the terms */
 static const float zero_memory_s = 120.0f; /* s: memory of the slow part, with an accelerometer */
-static const float bank_memory_s = 1.0f; /* s: the same without an accelerometer */
 static const float slow_road = 20.0f; /* m/s: maximum speed of learning without an accelerometer */
 static const float slow_sd = 0.03f; /* m/s^2: sd of the slow part, by the column's friction */
 static const float bank_sd = 0.025f; /* m/s^2: sd of the bank that a torque leaves open */
@@ -30,12 +28,13 @@ static const float trusted_share = 0.2f; /* minimum of g over its prior; below, 
 /* end */
 
 void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, double rate_hz, double speed_min,
-                     bool has_accelerometer) {
+                     double accelerometer_sd, bool has_accelerometer) {
     *design = (oc_torque_design){
         .slope = (float)slope,
         .zero_sd = (float)zero_sd,
+        .constant_sd = (float)accelerometer_sd,
         .tick_s = (float)(1.0 / rate_hz),
-        .memory_s = has_accelerometer ? zero_memory_s : bank_memory_s,
+        .memory_s = has_accelerometer ? zero_memory_s : 1.0f,
         .speed_min = (float)speed_min,
         .speed_max = has_accelerometer ? 1e6f : slow_road,
         .ticks_per_second = (int32_t)(rate_hz + 0.5),
@@ -66,7 +65,7 @@ static void start_torque(oc_torque *t, const oc_torque_design *design) {
     *t = (oc_torque){
         .started = 1,
         .terms = {0.0f, design->slope, friction * design->slope},
-        .covariance = {prior_variance(design, constant_sd), 0.0f, prior_variance(design, slope_sd), 0.0f, 0.0f,
+        .covariance = {prior_variance(design, design->constant_sd), 0.0f, prior_variance(design, slope_sd), 0.0f, 0.0f,
                        prior_variance(design, friction_sd)},
     };
 }
@@ -132,7 +131,7 @@ void oc_torque_work(oc_torque *t, const oc_torque_design *design) {
     const float predicted = t->terms[0] + t->terms[1] * by[1] + t->terms[2] * by[2];
     const float error = oc_clamp_size(torque - predicted, error_max_share * design->slope);
     const float grow = 1.0f + 1.0f / torque_memory_s;
-    const float sd[OC_TORQUE_TERMS] = {constant_sd, slope_sd, friction_sd};
+    const float sd[OC_TORQUE_TERMS] = {design->constant_sd, slope_sd, friction_sd};
     float *cell = p;
     for (int32_t row = 0; row < OC_TORQUE_TERMS; ++row) {
         t->terms[row] = oc_clamp_size(t->terms[row] + across[row] / variance * error, term_max);

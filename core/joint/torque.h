@@ -18,6 +18,7 @@ enum { OC_TORQUE_TERMS = 3 };
 typedef struct {
     float slope;           /* N m per m/s^2, prior of g */
     float zero_sd;         /* N m, of the sensor */
+    float constant_sd;     /* m/s^2, of the constant T_1: an accelerometer's zero */
     float tick_s;
     float memory_s;        /* of the slow part */
     float speed_min;       /* m/s, from which on it learns */
@@ -54,7 +55,7 @@ typedef struct {
 } oc_torque_tick;
 
 void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, double rate_hz, double speed_min,
-                     bool has_accelerometer);
+                     double accelerometer_sd, bool has_accelerometer);
 
 /* m/s^2, lateral acceleration with the torque sensor's zero. Without a torque signal the zero is held. */
 double oc_torque_update(oc_torque *state, const oc_torque_design *design, const oc_torque_tick *tick);

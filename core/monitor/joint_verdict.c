@@ -95,7 +95,8 @@ void oc_learn_jointly(const oc_evidence *evidence, oc_verdicts *verdicts, oc_lea
         estimate_from(found.of[OC_OF_UNLOADING], found.used, plays ? play : OC_UNOBSERVABLE);
     const float wheelbase = (float)c->vehicle.wheelbase;
     const oc_found longer = found.of[OC_OF_WHEELBASE];
+    const bool is_known = longer.sd < 0.5f * oc_joint_priors()[WHEELBASE].sd;
     const oc_found metres = {wheelbase + wheelbase * longer.value, wheelbase * longer.sd};
     learned->equivalent_wheelbase = estimate_from(
-        metres, found.used, !enough ? OC_CONVERGING : longer.sd < 0.5f * oc_joint_priors()[WHEELBASE].sd ? OC_VALID : OC_UNOBSERVABLE);
+        metres, found.used, !enough ? OC_CONVERGING : is_known ? OC_VALID : OC_UNOBSERVABLE);
 }

@@ -180,7 +180,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     const bool by_torque = params->torque_for_accelerometer_1 > 0.5;
     const bool measures_bank = has_accelerometer || by_torque || params->method != OC_METHOD_JOINT;
     oc_torque_setup(&c->torque, params->torque_slope_n_m_m_s2, params->torque_zero_sd_n_m, rate_hz,
-                    params->joint_speed_min_m_s, has_accelerometer);
+                    params->joint_speed_min_m_s, params->accelerometer_bias_sd_m_s2, has_accelerometer);
     const bool has_known_pull = params->known_pull_sd_m_s2 > 0.0;
     const float pull = (float)(has_known_pull ? params->known_pull_sd_m_s2 : params->pull_sd_m_s2);
     const float wind = (float)params->wind_sd_m_s2;

@@ -6,6 +6,7 @@
 
 #include "bounds.h"
 #include "hypothesis_set.h"
+#include "signals.h"
 
 /* Derived. */
 static const float wind_speed = 20.0f; /* m/s, at which terms.toml defines a_c and a_s */
@@ -15,7 +16,6 @@ static const float initial_error = 0.017453292f; /* rad, unit of costs before th
 static const float correction_min = 3.5e-5f;     /* rad/s; a smaller one moves the offset by less than 0.01 deg */
 
 /* Tuned, in tuned.toml: joint */
-static const double sample_s = 0.1; /* s: length of a sample; ten are a second */
 static const double bank_filter_s = 0.3; /* s: time constant of a_y - r v */
 static const float load_noise = 0.02f; /* m/s^2: sd of the accelerometer's noise in the load up to load_bank_s_max */
 static const float load_bank_s_max = 2.0f; /* s: maximum time constant of a_y - r v in the load */
@@ -41,7 +41,7 @@ static const float solve_all_until_s = 120.0f; /* s: used driving until the hypo
 
 void oc_joint_setup(oc_joint_design *design, const oc_lowpass *lowpass, double rate_hz, double steering_ratio,
                     double ratio_times_wheelbase, float pull_sd, bool measures_bank, double memory_s) {
-    const int32_t ticks = (int32_t)(sample_s * rate_hz + 0.5);
+    const int32_t ticks = (int32_t)(rate_hz / (double)OC_STEPS_PER_SECOND + 0.5);
     const double step_s = ticks / rate_hz;
     oc_hypothesis_setup(&design->hypothesis, step_s, steering_ratio, ratio_times_wheelbase, pull_sd);
     oc_noise_setup(&design->noise, lowpass, rate_hz, ticks);

@@ -5,21 +5,16 @@
 #include "bounds.h"
 
 enum { SWA, YAW, VXS, AYS }; /* the watched signals */
+enum { LEVEL_STEPS = OC_STEPS_PER_SECOND / 2 }; /* in the mean of a level: half a second */
 
 /* Tuned, in tuned.toml: assignment */
-static const float step_hz = 10.0f; /* Hz: steps of the comparison */
 static const float compared_speed = 2.0f; /* m/s: minimum speed of the comparison */
 static const float slow_speed = 14.0f; /* m/s: maximum speed of the comparison of sizes */
 static const float with_slip_speed = 8.0f; /* m/s: minimum speed at which side slip hardly moves the accelerometer */
-static const float straight_acceleration = 0.25f; /* m/s^2: maximum lateral acceleration of a truck that hardly turns */
 static const float straight_steps_max = 300.0f; /* memory of the angle straight ahead, in steps */
-static const float held_max_s = 0.5f; /* s: time without a change after which a signal shows no motion */
 static const float reverse_speed_max = 4.0f; /* m/s: maximum speed at which a truck may reverse */
 /* rad/s: minimum turn against the angle of a truck that may reverse */
 static const float reverse_yaw_rate_min = 0.008f;
-static const int32_t against_steps_min = 10; /* minimum number of such steps, up to the lag of a comparison */
-static const int32_t level_steps = 5; /* number of steps in the mean of a level */
-static const int32_t judged_steps = 10; /* number of steps between two verdicts */
 /* of the signal: minimum of a jump in a tick: angle, yaw rate, speed, lateral acceleration */
 static const float jump_min[OC_WATCHED] = {0.009f, 0.015f, 1.0f, 0.4f};
 /* of the signal: minimum of a jump in a tick that no truck makes */
@@ -52,7 +47,7 @@ float oc_signal_missed_min(int32_t k) {
 void oc_assignment_setup(oc_assignment_design *design, double ratio_times_wheelbase, float product_doubt, double track,
                          double rate_hz) {
     const double default_track = 1.9; /* m, as gyro_bias.c */
-    const int32_t ticks = (int32_t)(rate_hz / (double)step_hz + 0.5);
+    const int32_t ticks = (int32_t)(rate_hz / (double)OC_STEPS_PER_SECOND + 0.5);
     *design = (oc_assignment_design){
         .ratio_times_wheelbase = (float)ratio_times_wheelbase,
         .per_ratio_times_wheelbase = (float)(1.0 / ratio_times_wheelbase),
@@ -121,13 +116,13 @@ static void follow_levels(oc_assignment *a, const oc_assignment_design *d, const
     const bool has[OC_WATCHED] = {fast && step->has[YAW], fast && step->has[SWA],
                                   fast && step->has_wheels, fast && step->has[YAW]};
     a->level_steps += 1;
-    const bool mean_ends = a->level_steps >= level_steps;
+    const bool mean_ends = a->level_steps >= LEVEL_STEPS;
     for (int32_t k = 0; k < OC_WATCHED; ++k) {
         oc_signal_level_follow(&a->levels[k], &a->watches[k], (float)a->watches[k].held_ticks * d->tick_s, d->step_s,
                                has[k], predictions[k], missed_min[k]);
         a->level_sums[k] += mean[k];
         if (mean_ends) {
-            oc_signal_level_add(&a->levels[k], a->level_sums[k] / (float)level_steps);
+            oc_signal_level_add(&a->levels[k], a->level_sums[k] / (float)LEVEL_STEPS);
             a->level_sums[k] = 0.0f;
         }
     }
@@ -148,7 +143,7 @@ static void follow_range(oc_assignment *a, const oc_assignment_design *d, const 
 
 /* The angle while the truck hardly turns: by another zero the speed's changes would look like steering. */
 static float follow_straight_angle(oc_assignment *a, float angle, bool has, float lateral) {
-    if (has && fabsf(lateral) < straight_acceleration) {
+    if (has && fabsf(lateral) < oc_signal_side()) {
         a->straight_steps = oc_min(a->straight_steps + 1.0f, straight_steps_max);
         a->straight_angle += (angle - a->straight_angle) / a->straight_steps;
     }
@@ -157,7 +152,7 @@ static float follow_straight_angle(oc_assignment *a, float angle, bool has, floa
 
 /* Whether it has changed recently: a signal that is slow, coarse or stuck shows no motion. */
 static bool shows_motion(const oc_assignment *a, const oc_assignment_design *d, const step_means *step, int32_t k) {
-    return step->has[k] && (float)a->watches[k].held_ticks * d->tick_s < held_max_s;
+    return step->has[k] && (float)a->watches[k].held_ticks * d->tick_s < 0.5f;
 }
 
 /* Whether the truck yaws against its angle at low speed: it may reverse with an unsigned speed. `by_angle`: rad/s. */
@@ -166,7 +161,7 @@ static bool may_reverse(oc_assignment *a, float v, float by_angle, float yaw_rat
     const bool slow = v < reverse_speed_max;
     const bool against = by_angle * yaw_rate < 0.0f;
     a->against_steps = !slow || (turns && !against) ? 0 : a->against_steps + (turns ? 1 : 0);
-    return a->against_steps >= against_steps_min;
+    return a->against_steps >= OC_STEPS_PER_SECOND;
 }
 
 /* The lateral acceleration by each signal; of none where the truck may reverse. */
@@ -215,7 +210,7 @@ static void end_assignment_step(oc_assignment *a, const oc_assignment_design *d)
     compare_motion(a, d, &step);
     recover(a, d->step_s);
     if (--a->steps_to_judge <= 0) {
-        a->steps_to_judge = judged_steps;
+        a->steps_to_judge = OC_STEPS_PER_SECOND;
         oc_assignment_judge(a, d);
     }
 }

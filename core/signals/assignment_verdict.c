@@ -10,9 +10,7 @@ static const float whole_turn = 6.2831853f; /* rad */
 /* Tuned, in tuned.toml: assignment_verdict */
 /* rad: distance of a jump from a whole turn, of an angle that wraps while it turns */
 static const float wrapped_within = 0.35f;
-static const float wrapped_jumps = 5.0f; /* minimum number of such jumps */
 static const float end_s = 6.0f; /* s: minimum time exactly at each end of the range of a clipped angle */
-static const float ends_alike = 0.01f; /* share of an end by which the two may differ */
 static const float mended_s = 20.0f; /* s: until a stuck signal that changes again is used */
 static const float hold_s = 3600.0f; /* s: until another fault that nothing shows any more ends */
 static const float lag_angle_max = 0.55f; /* s: the same, maximum */
@@ -57,7 +55,7 @@ static bool is_wrapped(const oc_signal_watch *watch, int32_t k) {
 /* An angle that stays at both ends of a range with zero in its middle: a driver ends nowhere so exactly. The ends of a
  * coarse angle are equal by chance. */
 static bool judge_range(oc_assignment *a) {
-    const float middle = a->range_high + a->range_low, alike = ends_alike * a->range_high;
+    const float middle = a->range_high + a->range_low, alike = oc_signal_same_end() * a->range_high;
     return oc_min(a->at_low_s, a->at_high_s) > end_s && fabsf(middle) < alike &&
            oc_signal_resolution(&a->watches[0]) < alike &&
            set_signal_fault(a, OC_SIGNAL_FAULT_CLIPPED, ANGLE_BIT, a->range_high);
@@ -82,7 +80,7 @@ static bool judge_alone(oc_assignment *a, const oc_assignment_design *d, int32_t
     if (filled && !is_wrapped(w, k)) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_FILLED, bit, oc_signal_filled_with(w));
     }
-    if (filled || oc_signal_jumps(w) || (w->jumps >= wrapped_jumps && is_wrapped(w, k))) {
+    if (filled || oc_signal_jumps(w) || (w->jumps >= oc_signal_often() && is_wrapped(w, k))) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_JUMPS, bit, w->jumped);
     }
     return oc_signal_is_noise(level, noise_sd_min[k]) &&

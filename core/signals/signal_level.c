@@ -10,12 +10,9 @@ static const float noise_share = 0.7f; /* share of the differences of successive
 static const float stuck_s = 10.0f; /* s: minimum time of a stuck value */
 static const float followed_s = 0.6f; /* s: after which the others have followed the signal to its last value */
 static const float prediction_share = 0.07f; /* share of a step in the mean of the prediction: 1.4 s */
-static const float alone_s = 20.0f; /* s: minimum time of a stuck speed that no wheel speed contradicts */
-/* s: maximum time at one value before, of a signal that is then called stuck alone */
-static const float alone_before_s = 1.0f;
 static const float alone_varied_s = 60.0f; /* s: minimum time of changing values before */
-static const float missed_s = 1.2f; /* s: minimum time at one value that misses a change */
-static const float missed_times = 5.0f; /* minimum number of times in which a signal misses a change */
+/* number of times that is no chance: in which a signal misses a change, or an angle jumps by a turn */
+static const float missed_times = 5.0f;
 static const float missed_memory_s = 1200.0f; /* s: memory of these times, of changing values */
 static const float clipped_share = 0.6f; /* share of them at one value of a clipped signal */
 static const float same_end = 0.01f; /* share of a value within which two ends of a range are the same */
@@ -48,7 +45,7 @@ static void follow_held(oc_signal_level *level, float value, float held_s, float
 
 void oc_signal_level_follow(oc_signal_level *level, const oc_signal_watch *watch, float held_s, float step_s,
                             bool has_prediction, float prediction, float missed_min) {
-    const bool held_long = level->held_s > missed_s; /* until this step */
+    const bool held_long = level->held_s > 2.0f * followed_s; /* until this step */
     follow_held(level, watch->last, held_s, step_s);
     if (held_s < step_s) {
         if (held_long && misses_change(level, watch, missed_min)) {
@@ -78,11 +75,19 @@ void oc_signal_level_add(oc_signal_level *level, float mean) {
 
 bool oc_signal_is_stuck(const oc_signal_level *level, const oc_signal_watch *watch, float held_s, float step_s,
                         float missed_min, bool alone) {
-    if (alone && held_s > alone_s && level->held_max_s < alone_before_s && level->varied_s > alone_varied_s) {
+    if (alone && held_s > 2.0f * stuck_s && level->held_max_s < 1.0f && level->varied_s > alone_varied_s) {
         return true;
     }
     const bool long_enough = held_s >= stuck_s && level->steps * step_s >= stuck_s - followed_s;
     return long_enough && misses_change(level, watch, missed_min);
+}
+
+float oc_signal_same_end(void) {
+    return same_end;
+}
+
+float oc_signal_often(void) {
+    return missed_times;
 }
 
 bool oc_signal_misses(const oc_signal_level *level) {

@@ -19,13 +19,17 @@ static const float typical_share = 0.003f; /* share of a step in the mean size o
 static const float typical_growth = 4.0f; /* maximum of a change in this mean, over the mean */
 static const float typical_min = 0.02f; /* m/s^2: the same, for signals at rest */
 static const float unusual = 3.0f; /* size of a change over the mean, from which it counts less: kerbs, glitches */
-static const float like = 0.5f; /* minimum likeness of two signals of one motion; on straight motorways it is 0.65 */
-static const float unlike = 0.3f; /* maximum likeness of two signals of different motion */
-static const float motion_share_min = 0.3f; /* share of motion in the changes from which signals are called unlike */
+/* maximum likeness of two signals of different motion, and share of motion in their changes from which they are called
+ * so */
+static const float unlike = 0.3f;
 static const float distinct = 0.92f; /* maximum likeness 0.4 s beside the lag over that at the lag */
 static const float one_side = 0.02f; /* maximum share of the other side of a signal without sign */
 static const float branch_like = 0.08f; /* minimum likeness on each side of a signal without sign */
 /* end */
+
+float oc_signal_side(void) {
+    return side_acceleration;
+}
 
 void oc_witness_add(oc_witness *witness, int32_t place, bool has, float raw, float lateral, float step_s) {
     const int32_t now = place & MEANS;
@@ -150,7 +154,7 @@ void oc_signal_pair_compare(oc_pair_comparison *comparison, const oc_signal_pair
 }
 
 int32_t oc_pair_agreement(const oc_pair_comparison *pair) {
-    return !pair->enough || fabsf(pair->likeness) < like ? 0 : pair->likeness > 0.0f ? 1 : -1;
+    return !pair->enough || fabsf(pair->likeness) < 0.5f ? 0 : pair->likeness > 0.0f ? 1 : -1;
 }
 
 /* Noise in one of them lowers the likeness to the ratio of their sizes, but makes it no smaller than a trusted one. */
@@ -158,7 +162,7 @@ bool oc_pair_is_unlike(const oc_pair_comparison *pair, bool trusts_first, bool t
     const float expected = oc_min(pair->size, 1.0f / oc_max(pair->size, no_motion));
     const bool too_small = (trusts_first && pair->size > 1.0f) || (trusts_second && pair->size < 1.0f);
     const bool comparable = expected > unlike || too_small;
-    const bool is_motion = pair->motion > motion_share_min;
+    const bool is_motion = pair->motion > unlike;
     return pair->enough && is_motion && comparable &&
            fabsf(pair->likeness) < unlike * pair->motion * oc_max(expected, unlike);
 }

@@ -40,6 +40,9 @@ typedef struct {
     bool has_lag;              /* the lag is distinct: a steady ramp is like itself at any lag */
 } oc_pair_comparison;
 
+/* m/s^2: minimum lateral acceleration that has a side; below it a truck hardly turns. */
+float oc_signal_side(void);
+
 /* A step at `place`; `raw`: mean of the signal in its unit; without `has` the history breaks. */
 void oc_witness_add(oc_witness *witness, int32_t place, bool has, float raw, float lateral, float step_s);
 

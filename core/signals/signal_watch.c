@@ -15,7 +15,6 @@ static const float abrupt = 5.0f; /* minimum of a jump, over the change in the t
 static const float back_share = 0.3f; /* share of a jump by which the way back may differ from it */
 static const float same_share = 0.002f; /* share of a jump within which two values are the same */
 static const float memory_s = 300.0f; /* s: memory of the jumps */
-static const float landed_min = 10.0f; /* minimum number of jumps on one value that show filled gaps */
 static const float landed_share = 0.4f; /* share of these among all jumps; half of the jumps lead back */
 static const float filled_share = 0.004f; /* minimum share of the time at this value */
 /* change in two ticks over that in one, where every second sample is filled */
@@ -133,8 +132,8 @@ float oc_signal_filled_with(const oc_signal_watch *w) {
 }
 
 bool oc_signal_is_filled(const oc_signal_watch *w) {
-    return alternates_with_zero(w) || (w->landed >= landed_min && w->landed >= landed_share * (w->landed + w->missed) &&
-                          w->filled_s >= filled_share * w->observed_s);
+    const bool often = w->landed >= 0.5f * jumps_min && w->landed >= landed_share * (w->landed + w->missed);
+    return alternates_with_zero(w) || (often && w->filled_s >= filled_share * w->observed_s);
 }
 
 bool oc_signal_jumps(const oc_signal_watch *w) {

@@ -9,6 +9,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* Of the comparison of signals, and samples of the joint method: a driver steers below 2 Hz. */
+enum { OC_STEPS_PER_SECOND = 10 };
+
 /* Bits of oc_signals.valid: which members are available. A set bit with a NaN counts as not set. */
 typedef enum {
     OC_HAS_STEERING_WHEEL_ANGLE = 1,

@@ -23,9 +23,7 @@ static const float rate_s = 0.1f; /* s: time constant of the published steering 
 static const float check_s = 0.05f; /* s: period of the place in the play, of learning and of the sensor check */
 static const float moved_min = 0.7f * 0.017453292f; /* rad: movement of the wheels that is not noise */
 static const float moved_clear = 2.0f * 0.017453292f; /* rad: movement by which the driver clearly pushes the wheels */
-static const float backward_creep_factor = 2.0f; /* creep through the play in the observer, over the learned creep */
 static const float near_friction = 0.1f; /* m/s^2: lateral force beyond friction that may be unmeasured wind and bank */
-static const float flank_memory_s = 0.5f; /* s: time without lateral force until the flank is uncertain */
 static const float place_variance_max = 0.7f; /* variance of an unknown place in the play, -1 to 1 */
 static const float error_sd = 0.6f * 3.14159265358979323846f / 180.0f; /* rad: sd of the slow error at speed */
 static const float error_speed = 1.5f; /* m/s: speed below which this error grows, as 1 + error_speed / v */
@@ -59,7 +57,6 @@ static const float unbanked_share = 0.3f; /* sd of K over K while the accelerome
 static const float flattened_max = 0.3f; /* maximum error over the estimate for learning the cube */
 static const float flattening_sd = 0.5f; /* 1/rad^2: prior sd of the cube's share; the arctangent alone is 1/3 */
 static const float flattening_prior = 0.0001f; /* rad^6 s: sum of squared cubes with the prior's weight */
-static const float walking_speed = 1.0f; /* m/s: speed below which the angle is held */
 static const float hand_rate_sd = 1.5f; /* rad/s: rate at which the sd of a held angle grows */
 /* m/s: minimum speed at which the estimate is compared with the sensor, to learn T and the error's scale and to judge
  * the sensor */
@@ -174,12 +171,12 @@ static void follow_play(oc_angle_tracking *t, const oc_angle_design *d, const oc
         push -= excess / moved_clear;
     }
     if (beyond > 0.0f) {
-        const float crept = backward_creep_factor * truck->creep * beyond * d->check_s / (half > 1e-3f ? half : 1e-3f);
+        const float crept = 2.0f * truck->creep * beyond * d->check_s / (half > 1e-3f ? half : 1e-3f);
         push += load > 0.0f ? crept : -crept;
     }
     float place = t->place + push;
     t->place_variance -= t->place_variance * oc_min(fabsf(push), 1.0f);
-    const float share = d->check_s / flank_memory_s;
+    const float share = 2.0f * d->check_s; /* half a second */
     if (beyond < near_friction) {
         place -= place * share;
     }
@@ -382,7 +379,7 @@ static float follow_wheels(oc_angle_tracking *t, const oc_angle_evidence *e, con
     return wheels;
 }
 
-/* Below walking speed the angle is not observable: it is held, and its interval widens. */
+/* Below walking speed, 1 m/s, the angle is not observable: it is held, and its interval widens. */
 static void hold(oc_angle_tracking *t, const oc_angle_design *d) {
     t->held_s += d->tick_s;
     t->place_variance = place_variance_max;
@@ -432,7 +429,7 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     if (!t->running && tick->has_motion) {
         begin_observer(t, tick);
     }
-    const bool moves = tick->has_motion && fabsf(t->speed) > walking_speed && fabsf(tick->speed) > 0.5f * walking_speed;
+    const bool moves = tick->has_motion && fabsf(tick->speed) > 1.0f;
     const bool is_due = oc_angle_is_due(t);
     t->ticks_to_check = (is_due ? d->ticks_per_check : t->ticks_to_check) - 1;
     t->noise = d->acceleration_noise * (learned->yaw_rate_noise > 0.0f ? learned->yaw_rate_noise : usual_noise);

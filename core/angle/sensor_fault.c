@@ -17,8 +17,6 @@ static const float fault_s = 0.9f; /* s: sum, in limits, that is a fault */
 static const float fault_mean = 0.6f; /* mean difference that is a fault, in limits; the play can mask a lasting one */
 static const float suspended_max_s = 60.0f; /* s: maximum time without learning by suspicion */
 static const float suspension_recovery = 0.05f; /* of the time within the limit */
-static const float limit_growth_step = 0.5f; /* growth of the limit for each drift that ended; the truck has changed */
-static const float limit_growth_max = 2.0f; /* maximum of this growth */
 static const float same_deg = 0.25f; /* deg: noise of a stuck sensor: smaller changes are none */
 static const float still_s = 10.0f; /* s: maximum stillness of a driver at speed, in bends of a few deg */
 static const float frozen_s = 30.0f; /* s: maximum stillness of a driver anywhere */
@@ -27,7 +25,6 @@ static const float lost_s = 4.95f; /* s: without signal above driving_speed; 5 s
 static const float hand_rate_deg_s = 800.0f; /* deg/s: maximum steering rate of a driver */
 /* s: until a sensor that is back, a stuck value or the signs of both angles count */
 static const float settled_s = 1.0f;
-static const float paired_max_s = 2.0f; /* s: maximum of that time, so that 0.1 s of a gap restarts it */
 static const float unpaired_factor = 10.0f; /* time that a gap takes from it, over the gap's */
 static const float mean_s = 8.0f; /* s: memory of the means that signs are compared about; longer than bends */
 static const float noise_deg = 2.0f; /* deg: noise of both angles, in addition to the sd */
@@ -242,7 +239,7 @@ static void judge(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->fault = OC_FAULT_REMOUNTED;
     } else if (w->within_s > recovered_s && follows) {
         if (w->fault == OC_FAULT_DRIFTING) {
-            w->limit_growth = oc_min(w->limit_growth + limit_growth_step, limit_growth_max);
+            w->limit_growth = oc_min(w->limit_growth + 0.5f, 2.0f); /* the truck has changed */
         }
         clear_fault(w);
     }
@@ -291,7 +288,7 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     const bool judges = tick->has_measured && tick->can_judge && tick->is_accurate;
     if (tick->judged_s > 0.0f) {
         const float paired_s = w->paired_s + (judges ? tick->judged_s : -unpaired_factor * tick->judged_s);
-        w->paired_s = oc_clamp(paired_s, 0.0f, paired_max_s);
+        w->paired_s = oc_clamp(paired_s, 0.0f, 2.0f * settled_s);
     }
     if (tick->speed < 1.0f) {
         w->interruption_time = tick->time;

@@ -31,7 +31,6 @@ void oc_restart(oc_state *state, double elapsed_s) {
 static const double near_straight = 5.0 * 0.017453292f;
 static const double near_unknown_straight = 20.0 * 0.017453292f; /* rad: the same while the offset is not learned */
 static const double backward_speed_max = 10.0; /* m/s: speed above which no truck drives backward */
-static const float braked_memory_s = 1.0f; /* s: time after an intervention in which truck and filters swing out */
 /* end */
 
 static void set_yaw_rate_bias(oc_tick *tick, const oc_gyro_bias *gyro_bias, const oc_params *p) {
@@ -64,7 +63,7 @@ static void take_statuses(oc_tick *tick, oc_tracking *tracking, const oc_coeffic
     const bool brakes = (is_true & (OC_HAS_STABILITY_CONTROL_ACTIVE | OC_HAS_ANTI_LOCK_ACTIVE)) != 0;
     const bool backs_up = (is_true & OC_HAS_REVERSE) != 0 && fabs(tick->signals.vehicle_speed) < backward_speed_max;
     const float left_s = oc_max(tracking->braked_s - (float)c->tick_s, 0.0f);
-    tracking->braked_s = brakes ? braked_memory_s : left_s;
+    tracking->braked_s = brakes ? 1.0f : left_s; /* a second, in which truck and filters swing out */
     tick->disturbed = (tracking->braked_s > 0.0f ? OC_REASON_INTERVENTION : 0u) |
                       (backs_up ? OC_REASON_REVERSE : 0u) |
                       ((is_true & OC_HAS_STEERING_ASSIST_ACTIVE) != 0 ? OC_REASON_STEERING_ASSIST : 0u);

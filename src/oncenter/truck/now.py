@@ -407,7 +407,7 @@ def _changes(weights: Numbers, histories: npt.NDArray[np.void], best: Any, prior
         for of_play, alike in _CHANGED.items():
             same = there & (drives == drive) & np.isin(kinds, alike)
             probability = float(weights @ same.any(axis=1))
-            if kind in alike and probability > TUNED["truck_now.probable"]:
+            if kind in alike and probability > 0.5:
                 was, was_variance = before[2:] if of_play else before[:2]
                 value, variance = after[of_play]
                 sd, name = math.sqrt(variance + was_variance), "play" if of_play else _core.TRUCK_CHANGES[kind]

@@ -19,7 +19,6 @@ static const double log_two_pi = 1.8378770664093453;
 /* Tuned, in tuned.toml: truck_filter */
 static const double negligible = 12.0; /* log weight below the best history's, from which a history is discarded */
 static const double alike = 0.25; /* squared distance over variance, below which two histories become one */
-static const double as_wide = 2.0; /* ratio of variances, above which two histories stay two */
 /* log weight below the best history's by the banks, from which only a stated change is tried */
 static const double changes_from = 7.0;
 static const double as_stated = 0.9; /* probability that a stated size was stored once and with the right sign */
@@ -307,7 +306,7 @@ static bool are_alike(const truck_history *a, const truck_history *b) {
     for (int32_t k = 0; k <= TRUCK_BIAS; ++k) {
         const double apart = a->mean[k] - b->mean[k];
         const double one = a->covariance[N * k + k], other = b->covariance[N * k + k];
-        if (fmax(one, other) > as_wide * fmin(one, other)) {
+        if (fmax(one, other) > 2.0 * fmin(one, other)) {
             return false; /* a wide one of little weight would widen the other */
         }
         distance += apart * apart / (one + other);

@@ -15,7 +15,6 @@ static const float mended_s = 20.0f; /* s: until a stuck signal that changes aga
 static const float hold_s = 3600.0f; /* s: until another fault that nothing shows any more ends */
 static const float lag_angle_max = 0.55f; /* s: the same, maximum */
 static const float lag_acceleration = 0.25f; /* s: maximum lag between lateral acceleration and the others */
-static const float lag_acceleration_late = 0.75f; /* s: maximum lag of the lateral acceleration */
 /* of the signal: minimum standard deviation of noise */
 static const float noise_sd_min[OC_WATCHED] = {0.2f, 0.015f, 1.0f, 1.0f};
 static const float sized_like = 0.7f; /* minimum likeness of two signals whose sizes are compared */
@@ -209,12 +208,8 @@ static bool judge_lag(oc_assignment *a, const oc_pair_comparison *of) {
     if (has_lag && dy->lag_s < -lag_acceleration && (!has_da || da->lag_s < -lag_acceleration)) {
         return set_signal_fault(a, OC_SIGNAL_FAULT_LATE, ANGLE_BIT, -dy->lag_s);
     }
-    if (has_lag && dy->lag_s > lag_angle_max &&
-        (!has_ya || wheels_lead || ya->lag_s < -lag_acceleration)) {
-        return set_signal_fault(a, OC_SIGNAL_FAULT_LATE, YAW_RATE_BIT, dy->lag_s);
-    }
-    return has_ya && ya->has_lag && ya->lag_s > lag_acceleration_late && (!has_da || da->lag_s > lag_acceleration) &&
-           set_signal_fault(a, OC_SIGNAL_FAULT_LATE, ACCELERATION_BIT, ya->lag_s);
+    return has_lag && dy->lag_s > lag_angle_max && (!has_ya || wheels_lead || ya->lag_s < -lag_acceleration) &&
+           set_signal_fault(a, OC_SIGNAL_FAULT_LATE, YAW_RATE_BIT, dy->lag_s);
 }
 
 /* The most fundamental fault is named: without its sign or with a wrong one, a signal's size and lag mean nothing. */

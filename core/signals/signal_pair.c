@@ -23,7 +23,6 @@ static const float unusual = 3.0f; /* size of a change over the mean, from which
  * so */
 static const float unlike = 0.3f;
 static const float distinct = 0.92f; /* maximum likeness 0.4 s beside the lag over that at the lag */
-static const float one_side = 0.02f; /* maximum share of the other side of a signal without sign */
 static const float branch_like = 0.08f; /* minimum likeness on each side of a signal without sign */
 /* end */
 
@@ -168,8 +167,7 @@ bool oc_pair_is_unlike(const oc_pair_comparison *pair, bool trusts_first, bool t
 }
 
 bool oc_witness_is_one_sided(const oc_witness *witness) {
-    const float low = witness->low, high = witness->high;
-    return oc_min(high, -low) <= one_side * oc_max(high, -low);
+    return !(oc_min(witness->high, -witness->low) > 0.0f);
 }
 
 bool oc_witness_is_two_sided(const oc_witness *witness) {

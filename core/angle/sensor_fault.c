@@ -36,7 +36,6 @@ static const float sd_memory_factor = 2.0f; /* growth of the offset's sd is dela
 static const float drifting_mean = 0.2f; /* mean difference of a possible drift, in limits */
 static const float drifting_factor = 4.0f; /* by which the offset is then delayed more */
 static const float replaced_s = 300.0f; /* s: constant difference until a faulty sensor counts as remounted */
-static const float steady_reset = 5.0f; /* seconds that a second at another difference subtracts from it */
 /* end */
 
 const char *oc_fault_name(oc_fault fault) {
@@ -210,7 +209,7 @@ static bool is_replaced(oc_fault_watch *w, const oc_fault_tick *tick, float diff
     }
     const bool steady = follows && fabsf(difference - w->steady_difference) < 0.5f * limit;
     w->steady_difference += steady ? (difference - w->steady_difference) * tick->judged_s / (2.0f * replaced_s) : 0.0f;
-    w->steady_s = oc_max(w->steady_s + (steady ? tick->judged_s : -steady_reset * tick->judged_s), 0.0f);
+    w->steady_s = oc_max(w->steady_s + (steady ? tick->judged_s : -tick->judged_s), 0.0f);
     return w->steady_s > replaced_s;
 }
 

@@ -14,15 +14,14 @@ static const float term_max = 1e4f; /* N m, N m per m/s^2 */
 static const float error_max_share = 0.5f; /* m/s^2, of a second: above it the cause is not the column */
 
 /* Tuned, in tuned.toml: torque */
-static const float slope_sd = 0.5f; /* sd of the slope g, over its prior */
 static const float friction = 0.15f; /* m/s^2: prior of the column's friction f, 0.3 N m */
 static const float friction_sd = 0.1f; /* m/s^2: its sd, 0.2 N m */
 static const float second_sd = 0.15f; /* m/s^2: error of a second's mean: king pins, gaps; correlated */
 static const float torque_memory_s = 600.0f; /* s: memory of the terms */
 static const float zero_memory_s = 120.0f; /* s: memory of the slow part, with an accelerometer */
 static const float slow_road = 20.0f; /* m/s: maximum speed of learning without an accelerometer */
-static const float slow_sd = 0.03f; /* m/s^2: sd of the slow part, by the column's friction */
-static const float bank_sd = 0.025f; /* m/s^2: sd of the bank that a torque leaves open */
+/* m/s^2: sd of the slow part, by the column's friction, and of the bank that a torque leaves open */
+static const float slow_sd = 0.03f;
 static const float slope_known = 0.05f; /* sd of g, over its prior, below which the slope is identified */
 static const float trusted_share = 0.2f; /* minimum of g over its prior; below, the torque is not used */
 /* end */
@@ -58,14 +57,14 @@ float oc_torque_zero_information(const oc_torque *t, const oc_torque_design *des
 }
 
 float oc_torque_bank_sd(const oc_torque *t, const oc_torque_design *design, float otherwise) {
-    return t->covariance[2] < prior_variance(design, slope_known) ? bank_sd : otherwise;
+    return t->covariance[2] < prior_variance(design, slope_known) ? slow_sd : otherwise;
 }
 
 static void start_torque(oc_torque *t, const oc_torque_design *design) {
     *t = (oc_torque){
         .started = 1,
         .terms = {0.0f, design->slope, friction * design->slope},
-        .covariance = {prior_variance(design, design->constant_sd), 0.0f, prior_variance(design, slope_sd), 0.0f, 0.0f,
+        .covariance = {prior_variance(design, design->constant_sd), 0.0f, prior_variance(design, 0.5f), 0.0f, 0.0f,
                        prior_variance(design, friction_sd)},
     };
 }
@@ -131,7 +130,7 @@ void oc_torque_work(oc_torque *t, const oc_torque_design *design) {
     const float predicted = t->terms[0] + t->terms[1] * by[1] + t->terms[2] * by[2];
     const float error = oc_clamp_size(torque - predicted, error_max_share * design->slope);
     const float grow = 1.0f + 1.0f / torque_memory_s;
-    const float sd[OC_TORQUE_TERMS] = {design->constant_sd, slope_sd, friction_sd};
+    const float sd[OC_TORQUE_TERMS] = {design->constant_sd, 0.5f, friction_sd};
     float *cell = p;
     for (int32_t row = 0; row < OC_TORQUE_TERMS; ++row) {
         t->terms[row] = oc_clamp_size(t->terms[row] + across[row] / variance * error, term_max);

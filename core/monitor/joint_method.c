@@ -4,7 +4,6 @@
 #include <math.h>
 
 /* Tuned, in tuned.toml: joint_method */
-static const float zero_walk_sd = 0.3f; /* m/s^2: sd of a drifting zero since the standstill */
 static const float crown_share_sd = 0.35f; /* sd of standing_crown_share_1, which is between yards and roads */
 static const float removed_sd = 0.06f; /* m/s^2: sd of the removed crown about removed_share of the crown */
 static const float uneven = 0.2f; /* (m/s^2)^2: variance of the removed crown, times the samples */
@@ -87,8 +86,9 @@ static oc_prior prior_of(const oc_evidence *evidence, const oc_coefficients *c) 
         oc_standstill_lateral_acceleration(&evidence->standstill, c->tick_s, p->standstill_time_min_s);
     if (standing.status == OC_VALID && p->use_accelerometer) {
         const float slope_sd = (float)p->standing_slope_sd_m_s2, by_share = crown_share_sd * crown_size;
+        const float zero_sd = (float)p->accelerometer_bias_sd_m_s2;
         const float stops = evidence->standstill.stops > 1 ? (float)evidence->standstill.stops : 1.0f;
-        const float since = oc_joint_wanders(&evidence->joint) ? zero_walk_sd * zero_walk_sd : 0.0f;
+        const float since = oc_joint_wanders(&evidence->joint) ? zero_sd * zero_sd : 0.0f;
         update_bank(&estimate, (float)standing.value - evidence->torque.slow, (float)p->standing_crown_share_1,
                      slope_sd * slope_sd / stops + by_share * by_share + since);
     }

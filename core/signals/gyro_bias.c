@@ -19,9 +19,7 @@ static const double prediction_s_max = 3600.0; /* against unbounded variances af
 static const double track_default = 1.9; /* m: track width where the vehicle file has none */
 static const double track_default_sd = 0.1; /* sd of that width, as a share */
 static const double signal_lost_s = 60.0; /* s: without lateral acceleration until r v plus the mean bank replaces it */
-static const double standstill_blocks_max = 10.0; /* the k-th block of a standstill has the weight 1/k, up to this k */
 static const double standstill_spread_max = 0.01; /* rad/s: maximum spread of a block */
-static const double rolling_speed = 0.3; /* m/s: speed of a rear wheel above which the truck does not stand */
 static const double model_share = 0.02; /* sd of a block's reading, as a share of the turn */
 static const float cusum_limit = 8.0f; /* sd: sum that raises an alarm */
 static const double alarm_bias = 0.0035; /* rad/s: sd that an alarm adds to the bias, 0.2 deg/s */
@@ -31,7 +29,6 @@ static const double leak_min = 0.0006;
 static const double leak_wander = 0.0005; /* random walk of a leaking axle's mismatch in a minute */
 static const double identified_s = 60.0; /* s: wheel speeds until then */
 static const double alarm_radii_share = 0.1; /* of bias and drift, where the radii changed */
-static const double alarm_variance_factor = 1.5; /* variance at which an alarm ends, over the one before it */
 static const double alarm_s_min = 15.0; /* s: minimum length of an alarm */
 /* end */
 
@@ -216,13 +213,13 @@ static void update_status(oc_gyro_bias *state, const oc_params *p) {
 }
 
 /* At standstill a block's mean is the bias; a state far from it has changed. The blocks of a standstill share the error
- * oc_standstill_shared_variance, so the k-th has the weight 1/k. The limit of k lets the filter follow a drift. */
+ * oc_standstill_shared_variance, so the k-th has the weight 1/k. */
 static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, double time, double tick_s) {
     static const double none[OC_READING_STATES] = {0.0};
     const double n = state->still.weight;
     if (state->still.squares <= squared(standstill_spread_max) * n) {
         predict(state, p, time);
-        state->still_blocks += state->still_blocks < standstill_blocks_max ? 1.0 : 0.0;
+        state->still_blocks += 1.0;
         const double R = oc_standstill_shared_variance(state->creep) * state->still_blocks +
                          oc_still_mean_variance(&state->still);
         const double innovation = state->still.mean - state->x[BIAS];
@@ -239,17 +236,17 @@ static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, doubl
     state->creep = 0.0;
 }
 
-static bool has_rolling_wheels(const oc_signals *tick) {
+static bool has_rolling_wheels(const oc_signals *tick, double speed_max) {
     const uint32_t left = tick->valid & OC_HAS_WHEEL_SPEED_REAR_LEFT;
     const uint32_t right = tick->valid & OC_HAS_WHEEL_SPEED_REAR_RIGHT;
-    return (left && fabs(tick->wheel_speed_rear_left) > rolling_speed) ||
-           (right && fabs(tick->wheel_speed_rear_right) > rolling_speed);
+    return (left && fabs(tick->wheel_speed_rear_left) > speed_max) ||
+           (right && fabs(tick->wheel_speed_rear_right) > speed_max);
 }
 
 static void watch_standstill(oc_gyro_bias *state, const oc_gyro_bias_design *design, const oc_params *p,
                              const oc_signals *tick, double creep) {
     if (!(tick->valid & OC_HAS_VEHICLE_SPEED) || !(fabs(tick->vehicle_speed) <= p->standstill_speed_max_m_s) ||
-        has_rolling_wheels(tick)) {
+        has_rolling_wheels(tick, p->standstill_speed_max_m_s)) {
         if (state->still_ticks > 0) {
             state->still_ticks = 0;
             state->still_blocks = 0.0;
@@ -371,7 +368,7 @@ static void watch_leak(oc_gyro_bias *state) {
 /* An alarm ends when no CUSUM has exceeded its limit for alarm_s_min and the bias is about as certain as before. */
 static void watch_alarm(oc_gyro_bias *state, const oc_params *p) {
     const double narrow = squared(p->gyro_bias_half_width_max_rad_s / 1.96);
-    const double again = alarm_variance_factor * state->alarm_variance;
+    const double again = 2.0 * state->alarm_variance;
     if (!(state->alarm_blocks > 0.0)) {
         return;
     }

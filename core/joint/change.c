@@ -37,6 +37,10 @@ static float duration_of(const oc_cusum *sums) {
     return sums->up > sums->down ? sums->seconds_up : sums->seconds_down;
 }
 
+void oc_change_settle(oc_change_watch *watch) {
+    *watch = (oc_change_watch){.pause_s = oc_max(watch->pause_s, 0.5f * proof_s)};
+}
+
 bool oc_change_suspected(const oc_change_watch *watch) {
     return oc_max(higher_sum(&watch->offset), higher_sum(&watch->bends)) > 0.5f * proof_limit;
 }

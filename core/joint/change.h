@@ -35,6 +35,9 @@ typedef struct {
 oc_change oc_change_update(oc_change_watch *watch, float error, float min_error, float noise_sd, float curvature,
                            float weight);
 
+/* The place in the play is unknown, which causes errors: no change is suspected for a while. */
+void oc_change_settle(oc_change_watch *watch);
+
 bool oc_change_suspected(const oc_change_watch *watch);
 
 #endif

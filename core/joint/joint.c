@@ -24,7 +24,6 @@ static const float crowned_curvature = 0.0007f; /* 1/m: curvature up to which a 
 static const float banked_curvature_min = 0.004f; /* 1/m: curvature from which bends may be superelevated in full */
 static const float banked_curvature = 0.006f; /* 1/m: the same, usual */
 static const float banked_curvature_max = 0.0125f; /* 1/m: the same, up to which; junctions are tighter */
-static const float place_settling_s = 20.0f; /* s: no change is suspected after a reset of the place */
 static const float outlying_error = 1.5f * 0.017453292f; /* rad: minimum error of a second far from the prediction */
 static const float outlying_max = 8.0f * 0.017453292f; /* rad: maximum error of such a second */
 static const float outlying_sds = 4.0f; /* the same, in standard deviations of the prediction error */
@@ -77,7 +76,7 @@ static void reset_places(oc_joint *joint, double angle) {
     for (int32_t k = 0; k < joint->count; ++k) {
         oc_hypothesis_restart(&joint->hypotheses[k], angle);
     }
-    joint->watch = (oc_change_watch){.pause_s = oc_max(joint->watch.pause_s, place_settling_s)};
+    oc_change_settle(&joint->watch);
     joint->along = 1.0f;
     joint->across = 0.0f;
 }

@@ -11,7 +11,6 @@ static const float whole_turn = 6.2831853f; /* rad */
 /* rad: distance of a jump from a whole turn, of an angle that wraps while it turns */
 static const float wrapped_within = 0.35f;
 static const float end_s = 6.0f; /* s: minimum time exactly at each end of the range of a clipped angle */
-static const float mended_s = 20.0f; /* s: until a stuck signal that changes again is used */
 static const float hold_s = 3600.0f; /* s: until another fault that nothing shows any more ends */
 static const float lag_angle_max = 0.55f; /* s: the same, maximum */
 static const float lag_acceleration = 0.25f; /* s: maximum lag between lateral acceleration and the others */
@@ -41,7 +40,7 @@ static bool set_signal_fault(oc_assignment *a, oc_signal_fault fault, int32_t si
         a->fault = fault;
         a->at_fault = signals;
         a->value = value;
-        a->recovering_s = fault == OC_SIGNAL_FAULT_STUCK ? mended_s : hold_s;
+        a->recovering_s = fault == OC_SIGNAL_FAULT_STUCK ? 2.0f * oc_signal_stuck_s() : hold_s;
     }
     return signals != 0;
 }

@@ -19,6 +19,7 @@ static const double prediction_s_max = 3600.0; /* against unbounded variances af
 static const double track_default = 1.9; /* m: track width where the vehicle file has none */
 static const double track_default_sd = 0.1; /* sd of that width, as a share */
 static const double signal_lost_s = 60.0; /* s: without lateral acceleration until r v plus the mean bank replaces it */
+static const double standstill_blocks_max = 10.0; /* the k-th block of a standstill has the weight 1/k, up to this k */
 static const double standstill_spread_max = 0.01; /* rad/s: maximum spread of a block */
 static const double model_share = 0.02; /* sd of a block's reading, as a share of the turn */
 static const float cusum_limit = 8.0f; /* sd: sum that raises an alarm */
@@ -213,13 +214,13 @@ static void update_status(oc_gyro_bias *state, const oc_params *p) {
 }
 
 /* At standstill a block's mean is the bias; a state far from it has changed. The blocks of a standstill share the error
- * oc_standstill_shared_variance, so the k-th has the weight 1/k. */
+ * oc_standstill_shared_variance, so the k-th has the weight 1/k. The limit of k lets the filter follow a drift. */
 static void learn_from_standstill(oc_gyro_bias *state, const oc_params *p, double time, double tick_s) {
     static const double none[OC_READING_STATES] = {0.0};
     const double n = state->still.weight;
     if (state->still.squares <= squared(standstill_spread_max) * n) {
         predict(state, p, time);
-        state->still_blocks += 1.0;
+        state->still_blocks += state->still_blocks < standstill_blocks_max ? 1.0 : 0.0;
         const double R = oc_standstill_shared_variance(state->creep) * state->still_blocks +
                          oc_still_mean_variance(&state->still);
         const double innovation = state->still.mean - state->x[BIAS];

@@ -82,6 +82,10 @@ bool oc_signal_is_stuck(const oc_signal_level *level, const oc_signal_watch *wat
     return long_enough && misses_change(level, watch, missed_min);
 }
 
+float oc_signal_stuck_s(void) {
+    return stuck_s;
+}
+
 float oc_signal_same_end(void) {
     return same_end;
 }

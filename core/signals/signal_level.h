@@ -37,6 +37,9 @@ void oc_signal_level_add(oc_signal_level *level, float mean);
 bool oc_signal_is_stuck(const oc_signal_level *level, const oc_signal_watch *watch, float held_s, float step_s,
                         float missed_min, bool alone);
 
+/* s, minimum time of a stuck value. */
+float oc_signal_stuck_s(void);
+
 /* Share of a value within which two ends of a range are the same; number of times that is no chance. */
 float oc_signal_same_end(void);
 float oc_signal_often(void);

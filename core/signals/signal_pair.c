@@ -18,7 +18,6 @@ static const float steps_min = 600.0f; /* minimum number of steps of a compariso
 static const float typical_share = 0.003f; /* share of a step in the mean size of a change: 33 s */
 static const float typical_growth = 4.0f; /* maximum of a change in this mean, over the mean */
 static const float typical_min = 0.02f; /* m/s^2: the same, for signals at rest */
-static const float unusual = 3.0f; /* size of a change over the mean, from which it counts less: kerbs, glitches */
 /* maximum likeness of two signals of different motion, and share of motion in their changes from which they are called
  * so */
 static const float unlike = 0.3f;
@@ -79,7 +78,7 @@ static void add_by_side(float *left, float *right, float side, float product) {
 static float weight_at(const oc_witness *first, const oc_witness *second, int32_t at) {
     const float most = oc_max(fabsf(first->changes[at]) / (first->typical + typical_min),
                               fabsf(second->changes[at]) / (second->typical + typical_min));
-    return most > unusual ? unusual / most : 1.0f;
+    return most > (float)OC_OUTLIER_SDS ? (float)OC_OUTLIER_SDS / most : 1.0f;
 }
 
 /* The middle of the history is compared with all of it. */

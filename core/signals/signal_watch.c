@@ -9,7 +9,6 @@ static const float never_changed = 1e9f; /* resolution of a signal that has not 
 
 /* Tuned, in tuned.toml: signal_watch */
 static const float jump_changes = 8.0f; /* minimum of a jump, over the mean change in a tick */
-static const float jump_resolutions = 2.5f; /* the same, over the resolution */
 static const float change_s = 20.0f; /* s: memory of the mean change */
 static const float abrupt = 5.0f; /* minimum of a jump, over the change in the tick before */
 static const float back_share = 0.3f; /* share of a jump by which the way back may differ from it */
@@ -116,7 +115,7 @@ void oc_signal_watch_end_step(oc_signal_watch *w, float jump_min, float ticks, f
     const float last_change = fabsf(w->change_before);
     w->resolution = last_change > 0.0f ? oc_min(last_change, w->resolution) : w->resolution;
     w->change += (w->moved / ticks - w->change) * share;
-    w->jump = oc_max(oc_max(jump_min, jump_changes * w->change), jump_resolutions * oc_signal_resolution(w));
+    w->jump = oc_max(oc_max(jump_min, jump_changes * w->change), 2.0f * oc_signal_resolution(w));
     w->observed_s += step_s;
     w->filled_s += w->landed > 0.0f ? share_at(w, w->filled) * step_s : 0.0f;
     w->moved = w->jumped_in_step = w->moved_by_two = 0.0f;

@@ -1,14 +1,14 @@
 """What each tuned constant of the core does to the answers: which may go?
 
     python bench/sensitivity.py FOLDER RESULTS [--constants REGEX] [--together A+B] [--values 0,0.5,2] [--judges a,b]
-                                [--drives N] [--seeds KIND] [--hours H] [--jobs N] [--show] [--smoke]
+                                [--drives N] [--seeds KIND] [--hours H] [--jobs N] [--show] [--write] [--smoke]
 
 Each constant of core/tuned.toml, and the sd of each term of core/terms.toml, is set to nothing, half and twice, in a
 library in which the constants are variables, and all drives are answered again. The judges are rows of the accuracy and
 effects benches and of flanks.py; "log", slow and noisy logs; "fault", drives with faults of sensors (sensor_faults.py);
 "wrong", drives with a signal that is wrong throughout; "angle", lost, faulty and healthy angles. The drives stay in
 FOLDER. A run goes on where the last one that wrote RESULTS ended. --show prints the table of all results, one line a
-constant. Paired by drive, a row's accuracy is worse where the error grows by more than 2.5 of its standard deviations
+constant, and --write writes it into the rows of core/tuned.toml that have no other source. Paired by drive, a row's accuracy is worse where the error grows by more than 2.5 of its standard deviations
 and 0.02 deg.
 """
 
@@ -435,6 +435,31 @@ def table(found: Mapping[Setting, Record]) -> Iterator[str]:
         yield f"| {name} | {factor:g} | {' | '.join(cells)} |"
 
 
+def evidence(name: str, found: Mapping[Setting, Record]) -> str:
+    """What a constant does, in one line; "" where nothing was tried."""
+    said = []
+    for (other, factor), line in sorted(found.items()):
+        if other == name and "changed" in line:
+            of = effect(line)
+            text = f"{factor:g} times it moves {of['moved']} of {of['asked']} answers"
+            for word, of_word in (("right", "right ones"), ("holds", "intervals that hold"), ("faults", "faults")):
+                lost, won = of[f"{word} lost"], of[f"{word} won"]
+                text += f", {of_word} {lost} lost and {won} won" if lost or won else ""
+            said.append(text)
+    return f"bench/sensitivity.py, tuning seeds: {'; '.join(said)}" if said else ""
+
+
+def write_evidence(found: Mapping[Setting, Record]) -> None:
+    """Into the rows of core/tuned.toml whose source is none."""
+    file = ROOT / "core" / "tuned.toml"
+    rows = file.read_text(encoding="utf-8").split("\n[")
+    for k, row in enumerate(rows):
+        text = evidence(row.split("]")[0].lstrip("["), found)
+        if text:
+            rows[k] = re.sub(r'source = "none on record[^"]*"', f'source = "{text}"', row)
+    file.write_text("\n[".join(rows), encoding="utf-8")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, help="of the drives")
@@ -451,10 +476,13 @@ def main() -> None:
         "--smoke", action="store_true", help="one constant, one drive of one row: whether the bench runs"
     )
     parser.add_argument("--show", action="store_true", help="only the table of all results")
+    parser.add_argument("--write", action="store_true", help="the results into core/tuned.toml")
     given = parser.parse_args()
     if given.smoke:
         given.constants, given.values, given.judges, given.drives = "bend_error", "0", "ordinary", 1
-    if not given.show:
+    if given.write:
+        write_evidence(results(given.results))
+    elif not given.show:
         given.until = time.time() + 3600.0 * given.hours
         ask_all(given, build())
     print("\n".join(table(results(given.results))))

@@ -39,11 +39,12 @@ PROGRAM = ("oncenter_ecu_defaults", "oncenter_ecu_start", "oncenter_ecu_tick", "
            "oncenter_ecu_restore_piece")  # fmt: skip
 PLAIN = ("-std=c99", "-ffp-contract=off", "-mthumb", "-mfloat-abi=hard", "-ffunction-sections", "-fdata-sections")
 PLAIN_LINK = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,-e,oncenter_ecu_tick")
-# Files whose functions no tick calls, or only ticks with little other work or of another method: speed does not matter.
+# Files that are compiled for size: no tick calls their functions, or the longest tick has room for them.
 COLD = (
-    "answer", "assignment_verdict", "change", "joint_answer", "joint_verdict", "message", "names", "params",
-    "past_bias", "save", "saved_layout", "saved_plausible", "setup", "side_slip", "straight_ahead", "torque",
-    "trouble", "understeer", "wheel_speed",
+    "angle", "answer", "assignment", "assignment_verdict", "change", "front_wheel", "gyro_bias", "hypothesis_equations",
+    "joint_answer", "joint_method", "joint_verdict", "message", "motion", "names", "offset", "params",
+    "past_bias", "save", "saved_layout", "saved_plausible", "sensor_fault", "setup", "side_slip", "standstill",
+    "straight_ahead", "torque", "trig", "trouble", "understeer", "wheel_speed",
 )  # fmt: skip
 
 

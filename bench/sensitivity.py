@@ -8,8 +8,8 @@ library in which the constants are variables, and all drives are answered again.
 effects benches and of flanks.py; "log", slow and noisy logs; "fault", drives with faults of sensors (sensor_faults.py);
 "wrong", drives with a signal that is wrong throughout; "angle", lost, faulty and healthy angles. The drives stay in
 FOLDER. A run goes on where the last one that wrote RESULTS ended. --show prints the table of all results, one line a
-constant, and --write writes it into the rows of core/tuned.toml that have no other source. Paired by drive, a row's accuracy is worse where the error grows by more than 2.5 of its standard deviations
-and 0.02 deg.
+constant, and --write writes it into the rows of core/tuned.toml that have no other source. Paired by drive, a row's
+accuracy is worse where the error grows by more than 2.5 of its standard deviations and 0.02 deg.
 """
 
 from __future__ import annotations

@@ -95,6 +95,10 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
     };
 }
 
+double oc_angle_rate_s(void) {
+    return (double)rate_s;
+}
+
 static float limited_yaw_rate(float yaw_rate) {
     return oc_clamp_size(yaw_rate, yaw_rate_max);
 }

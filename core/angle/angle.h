@@ -126,6 +126,9 @@ typedef struct {
 void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ratio *ratio, double wheelbase,
                     double rate_hz);
 
+/* s, time constant of a steering rate. */
+double oc_angle_rate_s(void);
+
 /* Whether the next tick checks the estimate against the sensor. */
 bool oc_angle_is_due(const oc_angle_tracking *tracking);
 

@@ -2,13 +2,14 @@
 
 #include <math.h>
 
+#include "angle.h"
+
 /* Derived. */
 static const double sensor_fade_s = 1.0;      /* s: as in angle.c, with which the sensor's last angle fades */
 
 /* Tuned, in tuned.toml: smooth */
 static const double hand_acceleration = 0.35; /* rad/s^2/sqrt(Hz): white angular acceleration of drivers */
 static const double noise_s = 0.02; /* s: sd^2 times this: white part of the estimate's error */
-static const double hand_rate_s = 0.1; /* s: time constant of a measured angle's rate */
 /* end */
 
 /* For white acceleration and white noise the steady-state Kalman smoother is a second-order Butterworth low-pass, run
@@ -23,7 +24,7 @@ static void pass(double *angle, double *rate, const double *sd, const uint8_t *m
             x = angle[k];
         }
         if (measured[k] || w_tick > 0.5) {
-            v += ((angle[k] - x) / tick_s - v) * tick_s / (hand_rate_s + tick_s);
+            v += ((angle[k] - x) / tick_s - v) * tick_s / (oc_angle_rate_s() + tick_s);
             x = angle[k];
         } else { /* implicit in the damping */
             v = (v + w_tick * w_tick / tick_s * (angle[k] - x)) / (1.0 + 1.4142135623730951 * w_tick + w_tick * w_tick);

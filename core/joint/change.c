@@ -8,11 +8,11 @@
 static const float slack = 0.75f; /* subtracted from each error before it is summed */
 static const float proof_limit = 10.0f; /* sd s: sum above which a change is proved, after proof_s */
 static const float error_max = 6.0f; /* sd: maximum of a second's error, so that one outlier proves no change */
+static const float size_min = 0.8f * 0.017453292f; /* rad: minimum size of a change */
 static const float curvature_scale = 0.002f; /* 1/m: curvature from which on all bends have the same weight */
 static const float pause_after_change_s = 60.0f; /* s: no change is suspected after one: the evidence settles */
 static const float proof_s = 40.0f; /* s: minimum duration; a shorter disturbance is no change */
 static const float sd_min = 0.5f * 0.017453292f; /* rad: minimum of the usual error: the effect of passing wind */
-static const float size_min = 0.8f * 0.017453292f; /* rad: minimum size of a change */
 /* end */
 
 static void accumulate(oc_cusum *sums, float error) {

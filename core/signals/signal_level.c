@@ -14,7 +14,6 @@ static const float alone_varied_s = 60.0f; /* s: minimum time of changing values
 /* number of times that is no chance: in which a signal misses a change, or an angle jumps by a turn */
 static const float missed_times = 5.0f;
 static const float missed_memory_s = 1200.0f; /* s: memory of these times, of changing values */
-static const float clipped_share = 0.6f; /* share of them at one value of a clipped signal */
 static const float same_end = 0.01f; /* share of a value within which two ends of a range are the same */
 /* end */
 
@@ -99,7 +98,7 @@ bool oc_signal_misses(const oc_signal_level *level) {
 }
 
 bool oc_signal_is_clipped(const oc_signal_level *level) {
-    return oc_signal_misses(level) && level->missed_there >= clipped_share * level->missed;
+    return oc_signal_misses(level) && level->missed_there > 0.5f * level->missed;
 }
 
 bool oc_signal_is_noise(const oc_signal_level *level, float noise_min) {

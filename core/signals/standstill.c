@@ -4,7 +4,6 @@
 
 /* Tuned, in tuned.toml: standstill */
 static const double yaw_rate_floor = 0.00035; /* rad/s: error of a standstill's mean, 0.02 deg/s */
-static const double lateral_acceleration_floor = 0.01; /* m/s^2: the same; quantisation, and change before driving on */
 static const double correlated_readings = 10.0; /* successive ticks that count as one */
 /* end */
 
@@ -62,6 +61,5 @@ oc_estimate oc_standstill_yaw_rate(const oc_standstill *state, double tick_s, do
 }
 
 oc_estimate oc_standstill_lateral_acceleration(const oc_standstill *state, double tick_s, double time_min) {
-    const double shared_variance = lateral_acceleration_floor * lateral_acceleration_floor;
-    return estimate_of(&state->lateral_acceleration, shared_variance, tick_s, time_min);
+    return estimate_of(&state->lateral_acceleration, 0.0, tick_s, time_min);
 }

@@ -21,7 +21,7 @@ static const float same_deg = 0.25f; /* deg: noise of a stuck sensor: smaller ch
 static const float still_s = 10.0f; /* s: maximum stillness of a driver at speed, in bends of a few deg */
 static const float frozen_s = 30.0f; /* s: maximum stillness of a driver anywhere */
 static const float recovered_s = 20.0f; /* s: time well within the limit after which a fault ends */
-static const float lost_s = 4.95f; /* s: without signal above driving_speed; 5 s, less the rounding of summed ticks */
+static const float lost_s = 4.95f; /* s: without signal above 1 m/s; 5 s, less the rounding of summed ticks */
 static const float hand_rate_deg_s = 800.0f; /* deg/s: maximum steering rate of a driver */
 /* s: until a sensor that is back, a stuck value or the signs of both angles count */
 static const float settled_s = 1.0f;

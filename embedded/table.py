@@ -145,7 +145,7 @@ def _options(columns: list[Measured]) -> list[str]:
     """The compiler's version and options, on lines of their own: some are longer than a line of text."""
     lines = [f"By {firmware.GCC} {firmware.compiler_version()} with", f"`{' '.join(firmware.FLAGS)}`,"]
     lines += [f"for {c.board.name} `{' '.join(c.board.flags)}`," for c in columns]
-    return [*lines, f"linked with `{' '.join(firmware.LINK)}`; files that hardly any tick uses with `-Os`."]
+    return [*lines, f"linked with `{' '.join(firmware.LINK)}`; files for which the longest tick has room with `-Os`."]
 
 
 def program_table(board: Board, folder: Path) -> str:

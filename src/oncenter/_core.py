@@ -24,6 +24,7 @@ _NUMBERS = {"double": "f8", "float": "f4", "int32_t": "i4", "uint32_t": "u4", "u
 
 RATE_MIN_HZ, RATE_MAX_HZ = 20.0, 200.0
 RATIO_TERMS_MAX = int(lib.OC_RATIO_TERMS_MAX)
+SECOND_COST_MAX = float(lib.OC_SECOND_COST_MAX)
 
 # Columns of the core: names in tables and in oc_columns.
 COLUMNS = {

@@ -175,7 +175,7 @@ def _flanks(h: Any, joint: Any, noise: float, ratio: float) -> tuple[float, Numb
     along = np.array([-0.5 if left_s > right_s else 0.5, 1.0, 0.0])
     by_neutral = np.array([ratio * max(float(h["gradient"]), 0.0), 0.0, 1.0])
     unknown = (missing * _ANYWHERE[NEUTRAL]) ** 2 * np.outer(by_neutral, by_neutral)
-    cost = float(h["cost"]) * (1.0 - of_drive) + 2.0 * _core.lib.OC_SECOND_COST_MAX * (missing - of_drive)
+    cost = float(h["cost"]) * (1.0 - of_drive) + 2.0 * _core.SECOND_COST_MAX * (missing - of_drive)
     return cost, variance * np.outer(along, along) + unknown
 
 

@@ -1,14 +1,14 @@
 """What each tuned constant of the core does to the answers: which may go?
 
     python bench/sensitivity.py FOLDER RESULTS [--constants REGEX] [--together A+B] [--values 0,0.5,2] [--judges a,b]
-                                [--drives N] [--seeds KIND] [--hours H] [--jobs N] [--show] [--write] [--smoke]
+                                [--drives N] [--seeds KIND] [--hours H] [--jobs N] [--show] [--sources] [--smoke]
 
 Each constant of core/tuned.toml, and the sd of each term of core/terms.toml, is set to nothing, half and twice, in a
 library in which the constants are variables, and all drives are answered again. The judges are rows of the accuracy and
 effects benches and of flanks.py; "log", slow and noisy logs; "fault", drives with faults of sensors (sensor_faults.py);
 "wrong", drives with a signal that is wrong throughout; "angle", lost, faulty and healthy angles. The drives stay in
 FOLDER. A run goes on where the last one that wrote RESULTS ended. --show prints the table of all results, one line a
-constant, and --write writes it into the rows of core/tuned.toml that have no other source. Paired by drive, a row's
+constant, and --sources writes it into the rows of core/tuned.toml that have no other source. Paired by drive, a row's
 accuracy is worse where the error grows by more than 2.5 of its standard deviations and 0.02 deg.
 """
 
@@ -476,11 +476,11 @@ def main() -> None:
         "--smoke", action="store_true", help="one constant, one drive of one row: whether the bench runs"
     )
     parser.add_argument("--show", action="store_true", help="only the table of all results")
-    parser.add_argument("--write", action="store_true", help="the results into core/tuned.toml")
+    parser.add_argument("--sources", action="store_true", help="the results into core/tuned.toml")
     given = parser.parse_args()
     if given.smoke:
         given.constants, given.values, given.judges, given.drives = "bend_error", "0", "ordinary", 1
-    if given.write:
+    if given.sources:
         write_evidence(results(given.results))
     elif not given.show:
         given.until = time.time() + 3600.0 * given.hours

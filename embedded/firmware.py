@@ -43,8 +43,8 @@ PLAIN_LINK = ("-nostartfiles", "-Wl,--gc-sections", "-Wl,-e,oncenter_ecu_tick")
 COLD = (
     "angle", "answer", "assignment", "assignment_verdict", "change", "front_wheel", "gyro_bias", "hypothesis_equations",
     "joint_answer", "joint_method", "joint_verdict", "message", "motion", "names", "offset", "params",
-    "past_bias", "save", "saved_layout", "saved_plausible", "sensor_fault", "setup", "side_slip", "standstill",
-    "straight_ahead", "torque", "trig", "trouble", "understeer", "wheel_speed",
+    "past_bias", "save", "saved_layout", "saved_plausible", "sensor_fault", "setup", "side_slip", "signal_pair",
+    "standstill", "straight_ahead", "torque", "trig", "trouble", "understeer", "wheel_speed",
 )  # fmt: skip
 
 

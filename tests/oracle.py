@@ -438,7 +438,7 @@ def estimate(
         yaw_rate_bias=bias_after(n),
         standstill_acceleration=standstill(
             columns.get("lateral_acceleration_m_s2", lacking)[standing_rows][has_acceleration[standing_rows]],
-            0.01,
+            0.0,
             rate_hz,
             params,
         ),

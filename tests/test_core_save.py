@@ -481,7 +481,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("tracking.cornering.filling.y", 2e5),
         ("tracking.cornering.count", lib.OC_PENDING_MAX + 1),
         ("tracking.joint.filling.count", lib.OC_JOINT_SAMPLES),
-        ("tracking.joint.due", lib.OC_JOINT_PIECES * lib.OC_JOINT_HYPOTHESES + 2),
+        ("tracking.joint.due", 2 * lib.OC_JOINT_HYPOTHESES + 2),
         ("tracking.joint.prior.unloading_mean", 101.0),
         ("tracking.angle.estimate", math.inf),
         ("tracking.angle.yaw_rate", -11.0),

@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xD0D1EE85u;
+static const uint32_t layout_hash = 0x177D2263u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -34,7 +34,7 @@ static const oc_saved_run state_runs[] = {
     FLOATS(oc_state, tracking.assignment.levels[0].mean, 64),
     FLOATS_OF_EACH(oc_state, tracking.assignment.witnesses[0].means[0], 54, tracking.assignment.witnesses),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.witnesses[0].steps, 1, tracking.assignment.witnesses),
-    FLOATS_OF_EACH(oc_state, tracking.assignment.pairs[0].weights[0], 68, tracking.assignment.pairs),
+    FLOATS_OF_EACH(oc_state, tracking.assignment.pairs[0].weights[0], 67, tracking.assignment.pairs),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.pairs[0].halved, 1, tracking.assignment.pairs),
     FLOATS(oc_state, tracking.assignment.sums[0], 18), INTEGERS(oc_state, tracking.assignment.ticks, 12),
     ENUMS(oc_state, tracking.assignment.fault, 1), DOUBLES(oc_state, tracking.preprocess.yaw_rate.s1, 84),

@@ -294,7 +294,7 @@ static bool is_collected(const oc_collected *collected) {
 /* Divisors of a round in progress are positive. */
 static bool is_joint_tracking(const oc_joint_tracking *tracking, const oc_joint *joint, const oc_joint_design *design) {
     return is_below(tracking->in_second + 1, OC_JOINT_SAMPLES + 1) &&
-           is_below(tracking->due, OC_JOINT_PIECES * joint->count + 2) &&
+           is_below(tracking->due, 2 * joint->count + 2) &&
            is_below(tracking->next, OC_JOINT_SAMPLES + 1) &&
            is_collected(&tracking->filling) && is_collected(&tracking->collected) &&
            tracking->filling.count < design->samples_per_second &&

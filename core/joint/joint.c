@@ -529,17 +529,20 @@ static bool end_round(oc_joint *joint, oc_joint_tracking *tracking, const oc_joi
 
 bool oc_joint_work(oc_joint *joint, oc_joint_tracking *tracking, const oc_joint_design *design,
                    const oc_estimate *last_offset, double time) {
-    const int32_t done = OC_JOINT_PIECES * joint->count + 1 - tracking->due;
-    const int32_t k = done / OC_JOINT_PIECES;
+    const int32_t done = 2 * joint->count + 1 - tracking->due;
+    const int32_t k = done / 2;
     --tracking->due;
+    if (done != 2 * k) {
+        solve(joint, tracking, design, k);
+        return false;
+    }
+    if (k > 0) {
+        move_on(joint, tracking, design, k - 1);
+    }
     if (k == joint->count) {
         return end_round(joint, tracking, design, last_offset, time);
     }
-    switch (done % OC_JOINT_PIECES) {
-    case 0: take_in(joint, tracking, design, k); break;
-    case 1: solve(joint, tracking, design, k); break;
-    default: move_on(joint, tracking, design, k); break;
-    }
+    take_in(joint, tracking, design, k);
     return false;
 }
 
@@ -560,7 +563,7 @@ void oc_joint_begin_round(oc_joint *joint, oc_joint_tracking *tracking, const oc
     tracking->prior = *prior;
     tracking->collected = tracking->filling;
     tracking->filling.count = 0;
-    tracking->due = OC_JOINT_PIECES * joint->count + 1;
+    tracking->due = 2 * joint->count + 1;
     tracking->solves_all = joint->solves_all;
     tracking->min_error = 1e9f;
     tracking->loads_rare_flank = loads_rare_flank(joint, tracking, design);

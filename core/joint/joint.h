@@ -4,9 +4,9 @@
  * hypothesis starts from another play and estimates all four. Its weight follows from its prediction errors.
  *
  * About every tenth tick is a sample, and a second has about ten samples. In the next second the hypotheses process
- * them piece by piece, so that the load of the ticks is even. A hypothesis has three pieces: it adds a second to its
- * evidence, solves its equations, then adds the samples of the next second. A round is all pieces of all hypotheses,
- * and one to end it. Corrections apply to all hypotheses between two rounds (docs/method.md, "Rounds"). */
+ * them piece by piece, so that the load of the ticks is even. A hypothesis adds a second to its evidence; in the next piece
+ * it solves its equations; in the one after, which is the first of the next hypothesis, it moves toward the solution and
+ * adds the rest of the samples. The last piece ends the round. Corrections apply to all hypotheses between two rounds (docs/method.md, "Rounds"). */
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -18,7 +18,6 @@
 enum {
     OC_JOINT_HYPOTHESES = 12,
     OC_JOINT_LATER_STARTS = 2 * OC_JOINT_HYPOTHESES,
-    OC_JOINT_PIECES = 3,    /* of deferred work, of a hypothesis in a round */
     OC_JOINT_SAMPLES = 12,  /* maximum in a second, reached at 24 Hz */
     OC_JOINT_SECONDS_PER_SOLVING = 4, /* even, and a divisor of OC_SECONDS_PER_LONG_BLOCK */
     OC_CHANGES_MAX = 6

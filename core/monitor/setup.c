@@ -6,7 +6,7 @@
 #include "joint_model.h"
 
 /* Derived. */
-static const double one_piece_hz = 50.0; /* minimum rate at which a second has a tick for each of its 42 pieces */
+static const double one_piece_hz = 50.0; /* minimum rate at which a second has a tick for each of its 30 pieces */
 
 /* Numerical. */
 /* Minimum standard deviations: single precision would lose sums beside larger information. */

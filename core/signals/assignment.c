@@ -12,6 +12,7 @@ static const float compared_speed = 2.0f; /* m/s: minimum speed of the compariso
 static const float slow_speed = 14.0f; /* m/s: maximum speed of the comparison of sizes */
 static const float with_slip_speed = 8.0f; /* m/s: minimum speed at which side slip hardly moves the accelerometer */
 static const float straight_steps_max = 300.0f; /* memory of the angle straight ahead, in steps */
+static const float straight_steps_min = 100.0f; /* number of steps in it from which the angle has a side */
 static const float reverse_speed_max = 4.0f; /* m/s: maximum speed at which a truck may reverse */
 /* rad/s: minimum turn against the angle of a truck that may reverse */
 static const float reverse_yaw_rate_min = 0.008f;
@@ -157,7 +158,8 @@ static bool shows_motion(const oc_assignment *a, const oc_assignment_design *d, 
 
 /* Whether the truck yaws against its angle at low speed: it may reverse with an unsigned speed. `by_angle`: rad/s. */
 static bool may_reverse(oc_assignment *a, float v, float by_angle, float yaw_rate) {
-    const bool turns = oc_min(fabsf(by_angle), fabsf(yaw_rate)) > reverse_yaw_rate_min;
+    const bool known = a->straight_steps >= straight_steps_min;
+    const bool turns = known && oc_min(fabsf(by_angle), fabsf(yaw_rate)) > reverse_yaw_rate_min;
     const bool slow = v < reverse_speed_max;
     const bool against = by_angle * yaw_rate < 0.0f;
     a->against_steps = !slow || (turns && !against) ? 0 : a->against_steps + (turns ? 1 : 0);

@@ -16,7 +16,7 @@ void oc_still_mean_add(oc_still_mean *still, double reading, double weight) {
 }
 
 double oc_still_mean_variance(const oc_still_mean *still) {
-    return still->squares * correlated_readings / (still->weight * still->weight);
+    return still->weight > 1.0 ? still->squares / (still->weight - 1.0) * correlated_readings / still->weight : 0.0;
 }
 
 double oc_standstill_shared_variance(double creep) {

@@ -21,6 +21,7 @@ static const float typical_min = 0.02f; /* m/s^2: the same, for signals at rest 
 /* maximum likeness of two signals of different motion, and share of motion in their changes from which they are called
  * so */
 static const float unlike = 0.3f;
+static const float lag_cost = 0.03f; /* share of the likeness that a lag of a step costs */
 static const float distinct = 0.92f; /* maximum likeness 0.4 s beside the lag over that at the lag */
 static const float branch_like = 0.08f; /* minimum likeness on each side of a signal without sign */
 /* end */
@@ -110,6 +111,23 @@ void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_
     }
 }
 
+/* A product of the sign at the summit; none outside. */
+static float height(const oc_signal_pair *pair, int32_t lag, float sign) {
+    return lag < 0 || lag >= OC_LAG_COUNT ? 0.0f : sign * pair->products[lag];
+}
+
+/* The lag with the largest product of the same sign, from a lag on its slope. */
+static int32_t summit_near(const oc_signal_pair *pair, int32_t lag) {
+    const float sign = height(pair, lag, 1.0f) < 0.0f ? -1.0f : 1.0f;
+    while (height(pair, lag - 1, sign) > height(pair, lag, sign)) {
+        --lag;
+    }
+    while (height(pair, lag + 1, sign) > height(pair, lag, sign)) {
+        ++lag;
+    }
+    return lag;
+}
+
 /* Whether the product falls on both sides of its largest size. */
 static bool is_distinct(const oc_signal_pair *pair, int32_t lag) {
     enum { BESIDE = 4 };
@@ -118,13 +136,16 @@ static bool is_distinct(const oc_signal_pair *pair, int32_t lag) {
            fabsf(pair->products[lag + BESIDE]) < limit;
 }
 
-/* The lag with the largest product, of either sign. */
+/* A small lag is preferred: a truck that weaves is as like itself, with the other sign, half a period later. */
 static int32_t best_lag(const oc_signal_pair *pair) {
     int32_t best = OC_LAGS;
+    float best_size = fabsf(pair->products[OC_LAGS]);
     for (int32_t l = 0; l < OC_LAG_COUNT; ++l) {
-        best = fabsf(pair->products[l]) > fabsf(pair->products[best]) ? l : best;
+        const float size = fabsf(pair->products[l]) * (1.0f - lag_cost * fabsf((float)(l - OC_LAGS)));
+        best = size > best_size ? l : best;
+        best_size = oc_max(size, best_size);
     }
-    return best;
+    return summit_near(pair, best);
 }
 
 /* Share of a signal's squared changes that is not noise. */

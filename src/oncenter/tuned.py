@@ -216,6 +216,7 @@ TUNED = {  # by file and name
     "signal_pair.typical_growth": 4.0,
     "signal_pair.typical_min": 0.02,
     "signal_pair.unlike": 0.3,
+    "signal_pair.lag_cost": 0.03,
     "signal_pair.distinct": 0.92,
     "signal_pair.branch_like": 0.08,
     "assignment.compared_speed": 2.0,

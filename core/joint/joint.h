@@ -4,9 +4,10 @@
  * hypothesis starts from another play and estimates all four. Its weight follows from its prediction errors.
  *
  * About every tenth tick is a sample, and a second has about ten samples. In the next second the hypotheses process
- * them piece by piece, so that the load of the ticks is even. A hypothesis adds a second to its evidence; in the next piece
- * it solves its equations; in the one after, which is the first of the next hypothesis, it moves toward the solution and
- * adds the rest of the samples. The last piece ends the round. Corrections apply to all hypotheses between two rounds (docs/method.md, "Rounds"). */
+ * them piece by piece, so that the load of the ticks is even. A hypothesis adds a second to its evidence; in the next
+ * piece it solves its equations; in the one after, which is the first of the next hypothesis, it moves toward the
+ * solution and adds the rest of the samples. The last piece ends the round. Corrections apply to all hypotheses between
+ * two rounds (docs/method.md, "Rounds"). */
 
 #include <stdbool.h>
 #include <stdint.h>

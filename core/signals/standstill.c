@@ -16,7 +16,7 @@ void oc_still_mean_add(oc_still_mean *still, double reading, double weight) {
 }
 
 double oc_still_mean_variance(const oc_still_mean *still) {
-    return still->weight > 1.0 ? still->squares / (still->weight - 1.0) * correlated_readings / still->weight : 0.0;
+    return still->squares * correlated_readings / (still->weight * still->weight);
 }
 
 double oc_standstill_shared_variance(double creep) {
@@ -48,9 +48,10 @@ static oc_estimate estimate_of(const oc_still_mean *still, double shared_varianc
     if (!(evidence >= time_min) || !(still->weight > 1.0)) {
         return (oc_estimate){.evidence = evidence, .status = OC_UNOBSERVABLE};
     }
+    const double variance = oc_still_mean_variance(still) * still->weight / (still->weight - 1.0);
     return (oc_estimate){
         .value = still->mean,
-        .standard_deviation = sqrt(oc_still_mean_variance(still) + shared_variance),
+        .standard_deviation = sqrt(variance + shared_variance),
         .evidence = evidence,
         .status = OC_VALID,
     };

@@ -18,8 +18,7 @@ static const float walk_factor = 5.0f;
 /* rad: way of an offset that walks, from which it is in the answer */
 static const float walk_min = 1.0f * 0.017453292f;
 static const float walk_proof = 12.0f; /* cost by which it must predict better than all hypotheses that stay */
-/* s: used driving until two redundant hypotheses are removed at a time, and minimum evidence for the check for changes
- * */
+/* s: used driving until two redundant hypotheses are removed at a time, and a hypothesis is checked for changes */
 static const float single_until_s = 300.0f;
 /* end */
 

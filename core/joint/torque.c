@@ -33,7 +33,7 @@ void oc_torque_setup(oc_torque_design *design, double slope, double zero_sd, dou
         .zero_sd = (float)zero_sd,
         .constant_sd = (float)accelerometer_sd,
         .tick_s = (float)(1.0 / rate_hz),
-        .memory_s = has_accelerometer ? zero_memory_s : 1.0f,
+        .memory_s = has_accelerometer ? zero_memory_s : 1.0f, /* a second of a bank */
         .speed_min = (float)speed_min,
         .speed_max = has_accelerometer ? 1e6f : slow_road,
         .ticks_per_second = (int32_t)(rate_hz + 0.5),
@@ -130,7 +130,7 @@ void oc_torque_work(oc_torque *t, const oc_torque_design *design) {
     const float predicted = t->terms[0] + t->terms[1] * by[1] + t->terms[2] * by[2];
     const float error = oc_clamp_size(torque - predicted, error_max_share * design->slope);
     const float grow = 1.0f + 1.0f / torque_memory_s;
-    const float sd[OC_TORQUE_TERMS] = {design->constant_sd, 0.5f, friction_sd};
+    const float sd[OC_TORQUE_TERMS] = {design->constant_sd, 0.5f, friction_sd}; /* g within half of its prior */
     float *cell = p;
     for (int32_t row = 0; row < OC_TORQUE_TERMS; ++row) {
         t->terms[row] = oc_clamp_size(t->terms[row] + across[row] / variance * error, term_max);

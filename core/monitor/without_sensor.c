@@ -7,6 +7,7 @@ static const float flank_s_min = 8.0f; /* s: load of a flank below which the off
 static const float unloaded_half_play_sd = 0.07f; /* rad: sd of half a play of up to 15 deg; 4 deg */
 static const float judge_after_s = 400.0f; /* s: comparison until the learned truck is accurate enough */
 static const float braked_angle_sd = 0.17f; /* rad: sd of the estimated angle while brakes turn the truck; 10 deg */
+static const double gap_s_min = 0.3; /* s: a gap after which the observer restarts */
 /* end */
 
 static bool is_identified(const oc_learned *learned) {
@@ -114,8 +115,8 @@ static void judge_sensor(const oc_tick *tick, oc_tracking *tracking, oc_evidence
     }
 }
 
-static bool is_after_gap(const oc_fault_watch *watch, double time, double gap_max_s) {
-    return watch->running && time - watch->last_time > gap_max_s;
+static bool is_after_gap(const oc_fault_watch *watch, double time) {
+    return watch->running && time - watch->last_time > gap_s_min;
 }
 
 /* A signal that is not available may have any value, even one beyond single precision. */
@@ -129,7 +130,7 @@ void oc_observe_motion(oc_tick *tick, oc_tracking *tracking, const oc_coefficien
     if (tick->clock_set_back) {
         tracking->fault.running = 0;
     }
-    tick->after_gap = is_after_gap(&tracking->fault, signals->time, c->params.gap_max_s);
+    tick->after_gap = is_after_gap(&tracking->fault, signals->time);
     if (tick->after_gap || tick->clock_set_back) {
         tracking->angle.running = 0;
     }

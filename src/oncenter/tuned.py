@@ -186,6 +186,7 @@ TUNED = {  # by file and name
     "without_sensor.unloaded_half_play_sd": 0.07,
     "without_sensor.judge_after_s": 400.0,
     "without_sensor.braked_angle_sd": 0.17,
+    "without_sensor.gap_s_min": 0.3,
     "signal_watch.jump_changes": 8.0,
     "signal_watch.change_s": 20.0,
     "signal_watch.abrupt": 5.0,

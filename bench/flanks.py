@@ -23,7 +23,7 @@ import numpy as np
 from accuracy import BUILD, REPORTED_FROM, TUNING_FROM, names_of, progress
 from accuracy_rows import ROWS, Row, Table
 from effects_rows import EFFECTS, STATUS_ROWS
-from one_truck_drives import Garage
+from one_truck_drives import Garage, said_of
 from population import PRIORS, Normal, Random, Uniform
 
 import oncenter as oc
@@ -94,19 +94,9 @@ def record(folder: Path, name: str, seed: int) -> Record:
     except OncenterError as error:
         return found | {"status": error.code}
     said = answer.to_dict()
-    found |= {
-        "status": said["offset"]["status"],
-        "codes": [each["code"] for each in said["findings"] if each["severity"] != "info"],
-        "states": {each["about"]: each["state"] for each in said["verdicts"]},
-        "said_play": said["backlash"],
-    }
-    if said["offset"]["value"] is None or answer.offset_half_width_rad is None:
-        return found
-    pulled = answer.offset_per_acceleration * driven.pull_m_s2 / DEGREE
-    return found | {
-        "error": said["offset"]["value"] - driven.offset_deg - pulled,
-        "half_width": answer.offset_half_width_rad / DEGREE,
-    }
+    found["states"] = {each["about"]: each["state"] for each in said["verdicts"]}
+    found["said_play"] = said["backlash"]
+    return found | said_of(answer, driven.offset_deg, driven.pull_m_s2)
 
 
 def run(folder: Path, wanted: Sequence[tuple[str, int]], jobs: int) -> list[Record]:

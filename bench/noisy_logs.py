@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 import polars as pl
 from accuracy import BUILD, REPORTED_FROM, TUNING_FROM, names_of, progress
-from one_truck_drives import Driven, Garage
+from one_truck_drives import Driven, Garage, said_of
 from rivals import Array
 from sections import between
 
@@ -115,11 +115,7 @@ def records(folder: Path, scenario: str, seed: int, wanted: Sequence[Cell]) -> l
         except OncenterError as error:
             found.append(one | {"status": error.code, "codes": [error.code]})
             continue
-        one |= {"status": answer.offset.status, "codes": [f.code for f in answer.findings if f.severity != "info"]}
-        if answer.offset.value is not None and answer.offset_half_width_rad is not None:
-            one["error"] = answer.offset.value / DEGREE - driven.offset_deg
-            one["half_width"] = answer.offset_half_width_rad / DEGREE
-        found.append(one)
+        found.append(one | said_of(answer, driven.offset_deg, driven.pull_m_s2))
     return found
 
 

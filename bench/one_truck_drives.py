@@ -153,6 +153,20 @@ class Garage:
         return _kept(place, k)
 
 
+def said_of(answer: oc.Answer, offset_deg: float | None, pull_m_s2: float) -> dict[str, Any]:
+    """Status and codes of an answer; its error, less the pull's part, and half-width, deg, where it has a value."""
+    said: dict[str, Any] = {
+        "status": answer.offset.status,
+        "codes": sorted(finding.code for finding in answer.findings if finding.severity != "info"),
+    }
+    if answer.offset.value is not None and answer.offset_half_width_rad is not None:
+        said["half_width"] = answer.offset_half_width_rad / DEGREE
+        if offset_deg is not None:
+            pulled = answer.offset_per_acceleration * pull_m_s2
+            said["error"] = (answer.offset.value - pulled) / DEGREE - offset_deg
+    return said
+
+
 def _of_scenario(name: str, seed: int, folder: Path) -> Drive:
     file = folder / f"{name}.toml"
     file.write_text(as_toml({"base": name, "drive": {"duration_s": 60.0 * LONG_MINUTES}}), encoding="utf-8")

@@ -5,11 +5,12 @@
 
 Each constant of core/tuned.toml, and the sd of each term of core/terms.toml, is set to nothing, half and twice, in a
 library in which the constants are variables, and all drives are answered again. The judges are rows of the accuracy and
-effects benches and of flanks.py; "log", slow and noisy logs; "fault", drives with faults of sensors (sensor_faults.py);
-"wrong", drives with a signal that is wrong throughout; "angle", lost, faulty and healthy angles. The drives stay in
-FOLDER. A run goes on where the last one that wrote RESULTS ended. --show prints the table of all results, one line a
-constant, and --sources writes it into the rows of core/tuned.toml that have no other source. Paired by drive, a row's
-accuracy is worse where the error grows by more than 2.5 of its standard deviations and 0.02 deg.
+effects benches and of flanks.py; "scenario", the shipped ones; "log", slow and noisy logs; "fault", drives with faults
+of sensors (sensor_faults.py); "wrong", drives with a signal that is wrong throughout; "angle", lost, faulty and healthy
+angles. The drives stay in FOLDER. A run goes on where the last one that wrote RESULTS ended. --show prints the table of
+all results, one line a constant, and --sources writes it into the rows of core/tuned.toml that have no other source.
+Paired by drive, a row's accuracy is worse where the error grows by more than 2.5 of its standard deviations and
+0.02 deg.
 """
 
 from __future__ import annotations
@@ -76,22 +77,18 @@ def build() -> dict[str, tuple[str, str]]:
     shutil.copytree(ROOT / "src", WORK / "src", ignore=shutil.ignore_patterns("*.so", "__pycache__"))
     for beside in ("core", "dbc", "docs", "scenarios", "vehicles"):
         (WORK / beside).symlink_to(ROOT / beside)
-    core = WORK / "c" / "liboncenter.c"
-    core.write_text("\n".join(liboncenter._core_in_one()) + "\n", encoding="utf-8")
-    beside_core = [
-        str(file) for folder in liboncenter.BESIDE_CORE for file in sorted((WORK / "c" / folder).glob("*.c"))
-    ]
+    core, *beside_core = liboncenter.write_sources(WORK / "c")
     include = [f"-I{WORK / 'c' / folder}" for folder in liboncenter.FOLDERS]
     arguments = [*liboncenter.COMPILE_ARGS, *liboncenter.FASTER_GCC, "-fPIC", "-shared", *include]
     library = str(WORK / "src" / "oncenter" / "liboncenter.so")
-    subprocess.run(["gcc", *arguments, str(core), *beside_core, "-lm", "-o", library], check=True)
+    subprocess.run(["gcc", *arguments, core, *beside_core, "-lm", "-o", library], cwd=WORK / "c", check=True)
     return found
 
 
 Record = dict[str, Any]
 Setting = tuple[str, float]  # of a constant, as a multiple of its value
 Array = np.ndarray[Any, Any]
-# Rows whose drives differ in what the estimator needs; those that are half or twice another's effect are left out.
+# Rows whose drives differ in what the estimator needs, of each effect one size.
 ROWS = (
     "ordinary no_play play_15_friction gyro_drift cross_wind bypass motorway country town yard nothing_shows_gyro "
     "lift_axle trailer_full windup active_return no_wheel_speeds no_accelerometer torque_pull kicks wrong_side "
@@ -177,6 +174,7 @@ def subjects(folder: Path, judges: set[str] | None, seeds: range) -> list[Subjec
 
     rows = ROWS if judges is None else sorted(judges & set(flanks.ALL))
     made = [Subject(row, seed, _of_row(folder, row, seed)) for row in rows for seed in seeds]
+    made += [each for seed in seeds for each in _scenarios(seed)] if wants("scenario") else []
     made += [each for seed in seeds for each in _logs(folder, seed)] if wants("log") else []
     made += [each for seed in seeds for each in _faults(seed)] if wants("fault", "wrong") else []
     made += [each for seed in seeds for each in _angles(seed)] if wants("angle") else []
@@ -184,23 +182,16 @@ def subjects(folder: Path, judges: set[str] | None, seeds: range) -> list[Subjec
     return sorted(of_all, key=lambda each: (each.seed, each.judge))
 
 
-def _answered(signals: Any, vehicle: Any, true_deg: float = math.nan, pull_m_s2: float = 0.0) -> Record:
+def _answered(signals: Any, vehicle: Any, true_deg: float | None = None, pull_m_s2: float = 0.0) -> Record:
+    from one_truck_drives import said_of
+
     import oncenter as oc
 
     try:
         answer = oc.offset(signals, vehicle)
     except oc.OncenterError as error:
         return {"status": error.code, "codes": [error.code]}
-    said: Record = {
-        "status": answer.offset.status,
-        "codes": sorted(finding.code for finding in answer.findings if finding.severity != "info"),
-    }
-    if answer.offset.value is not None and answer.offset_half_width_rad is not None:
-        pulled = answer.offset_per_acceleration * pull_m_s2
-        if not math.isnan(true_deg):
-            said["error"] = math.degrees(answer.offset.value - pulled) - true_deg
-        said["half_width"] = math.degrees(answer.offset_half_width_rad)
-    return said
+    return said_of(answer, true_deg, pull_m_s2)
 
 
 def _of_row(folder: Path, row: str, seed: int) -> Callable[[], Record]:
@@ -215,6 +206,16 @@ def _of_row(folder: Path, row: str, seed: int) -> Callable[[], Record]:
         return _answered(driven.signals, driven.vehicle, driven.offset_deg, driven.pull_m_s2)
 
     return ask
+
+
+def _scenarios(seed: int) -> Iterator[Subject]:
+    """The shipped scenarios: no other drive weaves."""
+    import oncenter as oc
+
+    for file in sorted((ROOT / "scenarios").glob("*.toml")):
+        signals, truth = oc.simulate(file, seed=seed)
+        ask = partial(_answered, signals, oc.vehicle("scania_r730_4x2"), math.degrees(truth.offset_rad))
+        yield Subject(f"scenario {file.stem}", seed, ask)
 
 
 def _logs(folder: Path, seed: int) -> Iterator[Subject]:

@@ -1,29 +1,27 @@
-"""What each tuned constant of the core does to the answers: which may go?
+"""What each tuned constant of the core, each param and each pass does to the answers: which may go?
 
     python bench/sensitivity.py FOLDER RESULTS [--constants REGEX] [--together A+B] [--values 0,0.5,2] [--judges a,b]
                                 [--drives N] [--seeds KIND] [--hours H] [--jobs N] [--show] [--sources] [--smoke]
 
-Each constant of core/tuned.toml, and the sd of each term of core/terms.toml, is set to nothing, half and twice, in a
-library in which the constants are variables, and all drives are answered again. The judges are rows of the accuracy and
-effects benches and of flanks.py; "scenario", the shipped ones; "log", slow and noisy logs; "fault", drives with faults
-of sensors (sensor_faults.py); "wrong", drives with a signal that is wrong throughout; "angle", lost, faulty and healthy
-angles. The drives stay in FOLDER. A run goes on where the last one that wrote RESULTS ended. --show prints the table of
-all results, one line a constant, and --sources writes it into the rows of core/tuned.toml that have no other source.
-Paired by drive, a row's accuracy is worse where the error grows by more than 2.5 of its standard deviations and
-0.02 deg.
+Each constant of core/tuned.toml, each default of core/params.toml and the sd of each term of core/terms.toml is set to
+nothing, half and twice, in a library in which they are variables; each pass of src/oncenter/offset is left out; and all
+drives are answered again. The judges are rows of the accuracy and effects benches and of flanks.py; "scenario", the
+shipped ones; "log", slow and noisy logs; "fault", drives with faults of sensors (sensor_faults.py); "wrong", drives
+with a signal that is wrong throughout; "angle", lost, faulty and healthy angles; "file", logs with a fault of the file
+(file_faults.py); "unknown", trucks without a vehicle file; "statement", those of wrong_statements.py. The drives stay
+in FOLDER. A run goes on where the last one that wrote RESULTS ended. --show prints the table of all results, one line a
+constant, and --sources writes it into the rows of core/tuned.toml that have no other source. Paired by drive, a row's
+accuracy is worse where the error grows by more than 2.5 of its standard deviations and 0.02 deg.
 """
 
 from __future__ import annotations
 
 import argparse
-import ctypes
 import json
 import math
 import multiprocessing
 import re
-import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
@@ -39,51 +37,9 @@ import numpy as np
 import polars as pl
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
-sys.path.insert(0, str(Path(__file__).parents[1]))
 sys.path.insert(0, str(Path(__file__).parents[1] / "build" / "sensitivity" / "src"))  # before the installed package
 
-import liboncenter
-
-ROOT = Path(__file__).parents[1]
-WORK = ROOT / "build" / "sensitivity"
-
-_BLOCK = re.compile(r"/\* Tuned, in tuned\.toml.*?/\* end \*/", re.DOTALL)
-_CONSTANT = re.compile(r"static const (\w+) (\w+)(\[.*?\])? =")
-_PRIORS = "oc_term_prior priors[OC_TERMS] ="
-
-
-def build() -> dict[str, tuple[str, str]]:
-    """Compiles the library with variables in place of the constants, beside a copy of the package that loads it.
-
-    Returns: C type and size, "" for one number, by `file.name`.
-    """
-    found: dict[str, tuple[str, str]] = {}
-
-    def of_block(stem: str) -> Callable[[re.Match[str]], str]:
-        def variable(constant: re.Match[str]) -> str:
-            kind, name, size = constant[1], constant[2], constant[3] or ""
-            found[f"{stem}.{name}"] = (kind, size)
-            return f"{kind} {name}{size} ="
-
-        return lambda block: _CONSTANT.sub(variable, block[0])
-
-    shutil.rmtree(WORK, ignore_errors=True)
-    for folder in liboncenter.FOLDERS:
-        (WORK / "c" / folder).mkdir(parents=True)
-        for file in sorted((ROOT / folder).glob("*.[ch]")):
-            text = _BLOCK.sub(of_block(file.stem), file.read_text(encoding="utf-8"))
-            text = text.replace(f"static const {_PRIORS}", _PRIORS)
-            (WORK / "c" / folder / file.name).write_text(text, encoding="utf-8")
-    shutil.copytree(ROOT / "src", WORK / "src", ignore=shutil.ignore_patterns("*.so", "__pycache__"))
-    for beside in ("core", "dbc", "docs", "scenarios", "vehicles"):
-        (WORK / beside).symlink_to(ROOT / beside)
-    core, *beside_core = liboncenter.write_sources(WORK / "c")
-    include = [f"-I{WORK / 'c' / folder}" for folder in liboncenter.FOLDERS]
-    arguments = [*liboncenter.COMPILE_ARGS, *liboncenter.FASTER_GCC, "-fPIC", "-shared", *include]
-    library = str(WORK / "src" / "oncenter" / "liboncenter.so")
-    subprocess.run(["gcc", *arguments, core, *beside_core, "-lm", "-o", library], cwd=WORK / "c", check=True)
-    return found
-
+from settable import PARAMS, PASSES, ROOT, TERMS, Settable, build
 
 Record = dict[str, Any]
 Setting = tuple[str, float]  # of a constant, as a multiple of its value
@@ -99,8 +55,6 @@ ROWS = (
     "seldom_mixed_right wide_motorway_right"
 ).split()
 FAULTY_MIN = 12.0
-TERMS = list(tomllib.loads((ROOT / "core" / "terms.toml").read_text(encoding="utf-8")))
-KNOWN = 1e-3  # times its standard deviation: of a term without which the equations cannot be solved
 LONGEST_S = 600  # of a setting
 LOST_MAX, LOST_SHARE_MAX = 6, 0.05  # right answers, beyond which a setting is plainly worse
 FIRST = 2  # drives of a judge that show whether a setting moves its answers at all
@@ -130,41 +84,6 @@ class Subject:
     ask: Callable[[], Record]
 
 
-class _Prior(ctypes.Structure):
-    _fields_ = (("mean", ctypes.c_float), ("sd", ctypes.c_float))
-
-
-class Constants:
-    """Those of the loaded library, by `file.name`; `term.NAME` is the standard deviation of a term's prior, which
-    without it is known to be its mean."""
-
-    def __init__(self, types: Mapping[str, tuple[str, str]], values: Mapping[str, Any]) -> None:
-        library = ctypes.CDLL(str(WORK / "src" / "oncenter" / "liboncenter.so"))
-        kinds = {"float": ctypes.c_float, "double": ctypes.c_double, "int32_t": ctypes.c_int32}
-        self._of = {}
-        for name, (kind, size) in types.items():
-            file, constant = name.split(".")
-            given = values[file][constant]["value"]
-            count = len(given) if size else 1
-            self._of[name] = (kinds[kind] * count).in_dll(library, constant)
-        self._usual = {name: list(numbers) for name, numbers in self._of.items()}
-        self._priors = (_Prior * len(TERMS)).in_dll(library, "priors")
-        self._sds = [prior.sd for prior in self._priors]
-
-    def set(self, names: str, factor: float) -> None:
-        for name in names.split("+"):
-            self._set(name, factor)
-
-    def _set(self, name: str, factor: float) -> None:
-        if name.startswith("term."):
-            k = TERMS.index(name.removeprefix("term."))
-            self._priors[k].sd = self._sds[k] * max(factor, KNOWN)
-            return
-        numbers = self._of[name]
-        for k, usual in enumerate(self._usual[name]):
-            numbers[k] = type(numbers[k])(usual * factor)
-
-
 def subjects(folder: Path, judges: set[str] | None, seeds: range) -> list[Subject]:
     """All drives of these judges, in memory, the first one of each judge first."""
     import flanks
@@ -178,6 +97,9 @@ def subjects(folder: Path, judges: set[str] | None, seeds: range) -> list[Subjec
     made += [each for seed in seeds for each in _logs(folder, seed)] if wants("log") else []
     made += [each for seed in seeds for each in _faults(seed)] if wants("fault", "wrong") else []
     made += [each for seed in seeds for each in _angles(seed)] if wants("angle") else []
+    made += [each for seed in seeds for each in _files(folder, seed)] if wants("file") else []
+    made += [each for seed in seeds for each in _unknown(folder, seed)] if wants("unknown") else []
+    made += [each for seed in seeds for each in _statements(folder, seed)] if wants("statement") else []
     of_all = [each for each in made if judges is None or {each.judge, each.judge.split(" ")[0]} & judges]
     return sorted(of_all, key=lambda each: (each.seed, each.judge))
 
@@ -273,6 +195,60 @@ def _angles(seed: int) -> Iterator[Subject]:
     yield Subject("angle healthy", seed, partial(_found_at, well, 0))
 
 
+def _files(folder: Path, seed: int) -> Iterator[Subject]:
+    """Logs with one fault of the file each."""
+    import faulty_logs
+    from healthy_drive import healthy_drive
+
+    kept = tempfile.TemporaryDirectory(dir=folder)  # of this process: until no subject needs it
+    drive = healthy_drive(seed, Path(kept.name), minutes=FAULTY_MIN)
+    for name, fault in faulty_logs.FAULTS.items():
+        own = Path(kept.name) / str(name)
+        own.mkdir()
+        yield Subject(f"file {name}", seed, partial(_of_file, fault.given(drive, own), kept))
+
+
+def _of_file(given: Any, kept: object) -> Record:
+    """`error` where the log has one true offset."""
+    import oncenter as oc
+
+    *logs, _, truck = given.arguments
+    try:
+        vehicle = oc.vehicle(truck)
+        signals = [oc.read(log, vehicle=vehicle) for log in logs]
+    except oc.OncenterError as error:
+        return {"status": error.code, "codes": [error.code]}
+    return _answered(signals, vehicle, given.offsets_deg[0] if len(set(given.offsets_deg)) == 1 else None)
+
+
+def _unknown(folder: Path, seed: int) -> Iterator[Subject]:
+    """Drives without a vehicle file, and with its side and layout alone."""
+    import unknown_truck
+    from one_truck_drives import Garage
+
+    from oncenter.vehicle import Vehicle, vehicle_from
+
+    for name in unknown_truck.NAMES:
+        driven = Garage(folder / "unknown", seed).of_row(unknown_truck.row_of(name, seed))
+        known = driven.vehicle
+        asked = vehicle_from({"traffic_side": known.traffic_side, "axle_layout": known.axle_layout}, "asked for")
+        for way, vehicle in (("unknown", Vehicle()), ("unknown but asked", asked)):
+            ask = partial(_answered, driven.signals, vehicle, driven.offset_deg, driven.pull_m_s2)
+            yield Subject(f"{way} {name}", seed, ask)
+
+
+def _statements(folder: Path, seed: int) -> Iterator[Subject]:
+    """Right and wrong statements of a vehicle file."""
+    import wrong_statements
+    from one_truck_drives import Garage
+
+    for name, case in wrong_statements.CASES.items():
+        driven = Garage(folder / "statements", seed).of_row(case.row)
+        for way, (signals, vehicle) in wrong_statements.right_and_wrong(driven, case, seed).items():
+            ask = partial(_answered, signals, vehicle, driven.offset_deg)
+            yield Subject(f"statement {way}: {name}", seed, ask)
+
+
 def _lost_angle(drive: Any, learning_s: float) -> Record:
     """`error` is the RMS error, deg."""
     from angle import estimated
@@ -300,15 +276,15 @@ def _found_at(drive: Any, at: int) -> Record:
 def work(given: argparse.Namespace, types: Mapping[str, tuple[str, str]], settings: Sequence[Setting]) -> None:
     """Answers with one setting after another, and appends a line each. One that never ends or crashes ends this
     process: the next one goes on after it."""
-    constants = Constants(types, tomllib.loads((ROOT / "core" / "tuned.toml").read_text(encoding="utf-8")))
+    settable = Settable(types, tomllib.loads((ROOT / "core" / "tuned.toml").read_text(encoding="utf-8")))
     known = subjects(given.folder, judges_of(given), seeds_of(given))
     usual = [each.ask() for each in known]
     for name, factor in settings:
         append(given.results, {"name": name, "factor": factor, "begins": True})
         signal.alarm(LONGEST_S)
-        constants.set(name, factor)
+        settable.set(name, factor)
         append(given.results, {"name": name, "factor": factor, **changed(known, usual)})
-        constants.set(name, 1.0)
+        settable.set(name, 1.0)
         signal.alarm(0)
         if time.time() > given.until:
             return
@@ -337,8 +313,8 @@ def changed(known: Sequence[Subject], usual: Sequence[Record]) -> Record:
 
 
 def append(file: Path, line: Record) -> None:
-    with file.open("a", encoding="utf-8") as file:
-        file.write(json.dumps(line) + "\n")
+    with file.open("a", encoding="utf-8") as lines:
+        lines.write(json.dumps(line) + "\n")
 
 
 def results(file: Path) -> dict[Setting, Record]:
@@ -492,9 +468,13 @@ def main() -> None:
 def ask_all(given: argparse.Namespace, types: Mapping[str, tuple[str, str]]) -> None:
     """Until all settings have a result, or the time is over."""
     given.folder.mkdir(parents=True, exist_ok=True)
-    single = [name for name in [*(f"term.{name}" for name in TERMS), *types] if re.search(given.constants, name)]
+    steps = [f"pass.{name}" for name in PASSES]
+    others = [*(f"term.{name}" for name in TERMS), *(f"param.{name}" for name in PARAMS)]
+    single = [name for name in [*steps, *others, *types] if re.search(given.constants, name)]
     names = given.together or single
-    wanted = [(name, float(value)) for value in given.values.split(",") for name in names]
+    wanted = [
+        (name, float(value)) for value in given.values.split(",") for name in names if value == "0" or name not in steps
+    ]
     context = multiprocessing.get_context("spawn")
     while time.time() < given.until:
         before = results(given.results)

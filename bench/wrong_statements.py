@@ -193,15 +193,24 @@ def _answered(signals: oc.Signals, vehicle: Vehicle, target_deg: float, true: tu
     }
 
 
-def record(case: Case, seed: int, folder: Path) -> Record:
-    driven = Garage(folder, seed).of_row(case.row)
+def right_and_wrong(driven: Driven, case: Case, seed: int) -> dict[str, tuple[oc.Signals, Vehicle]]:
+    """What is asked of a drive with the right statement and with the wrong one."""
     random = np.random.default_rng([seed, zlib.crc32(case.name.encode())])
     right, wrong = case.right(driven), case.wrong(driven, random)
     return {
+        "right": (driven.signals, _vehicle(driven, right)),
+        "wrong": (_spoiled(driven, case, random), _vehicle(driven, {**right, **wrong})),
+    }
+
+
+def record(case: Case, seed: int, folder: Path) -> Record:
+    driven = Garage(folder, seed).of_row(case.row)
+    ways = right_and_wrong(driven, case, seed)
+    return {
         "case": case.name,
         "seed": seed,
-        "right": _answered(driven.signals, _vehicle(driven, right), driven.offset_deg, case.true),
-        "wrong": _answered(_spoiled(driven, case, random), _vehicle(driven, {**right, **wrong}), driven.offset_deg),
+        "right": _answered(*ways["right"], driven.offset_deg, case.true),
+        "wrong": _answered(*ways["wrong"], driven.offset_deg),
     }
 
 

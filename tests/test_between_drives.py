@@ -212,12 +212,12 @@ def test_a_sensor_with_another_zero_at_each_start_is_a_relative_one_and_needs_no
 TYPE = "steering_wheel_angle_sensor_type"
 
 
-def test_the_memory_of_a_truck_names_a_relative_sensor_at_the_fourth_drive(drives: list[Signals]) -> None:
+def test_the_memory_of_a_truck_names_a_relative_sensor_at_the_third_drive(drives: list[Signals]) -> None:
     memory, zeros = TruckMemory("truck"), []
     for drive, by_deg in zip(drives[:5], STARTS_DEG, strict=False):
         answer, memory = offset_with_memory([turned(drive, by_deg)], TRUCK, memory)
         zeros.append(answer.zero)
-    assert zeros == ["fixed"] * 3 + ["relative"] * 2
+    assert zeros == ["fixed"] * 2 + ["relative"] * 3
     again, unchanged = offset_with_memory([turned(drives[0], STARTS_DEG[0])], TRUCK, memory)
     assert unchanged == memory and any("already" in note for note in again.notes)
 
@@ -241,7 +241,8 @@ def test_a_sensor_that_was_remounted_once_has_the_offset_since(drives: list[Sign
         ((2.0, 2.7, 3.4, 4.1, 4.8, 5.5, 6.2, 6.9), "moves"),
         ((6.1, -0.7, 11.0, -4.4), "relative"),
         ((6.1, -0.7, 11.0, -4.4, 3.0, -7.5), "relative"),
-        ((6.1, -0.7, 11.0), "fixed"),  # too few
+        ((6.1, -0.7, 11.0), "relative"),
+        ((6.1, -0.7), "fixed"),  # a step
     ],
 )
 def test_drives_that_exclude_each_other_have_the_cause_that_fits(offsets_deg: tuple[float, ...], zero: str) -> None:

@@ -245,7 +245,6 @@ TUNED = {  # by file and name
     "truck_filter.as_stated": 0.9,
     "truck_now.found_share": 0.9,
     "truck_now.sure": 0.9,
-    "truck_now.zero_drives_min": 4.0,
     "truck_now.ambiguous": 2.0,
     "truck_now.pull_unidentified": 0.5,
     "truck_now.pull_identified": 0.8,

@@ -326,7 +326,7 @@ def play_changed(found: Kind, change: now.Change, before: Sequence[str], after: 
 
 @finding("zero_differs_at_starts", "warning")
 def _differs_at_starts(found: Kind, offsets: Sequence[float]) -> Finding:
-    """Four drives or more, and histories with a relative zero have more than 90 % of the weight."""
+    """Histories with a relative zero have more than 90 % of the weight."""
     return found(
         f"the offset is another one in each drive: {listed(offsets)}. The zero of this steering wheel angle sensor "
         "changes at each start, so no stored correction can be right. The offset is that of the last drive"

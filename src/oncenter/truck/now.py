@@ -290,7 +290,7 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
     row[[BIAS, PULL]] = 1.0
     neutral, neutral_variance = _mixed(weights, means @ row, np.einsum("i,nij,j->n", row, covariances, row))
     offsets, offset_sds = _of_drives(table, (play, play_variance), (neutral, neutral_variance))
-    zero = _zero(weights, histories, len(rows))
+    zero = _zero(weights, histories)
     of_zero = np.where(histories["zero"] == _core.TRUCK_ZEROS.index(zero), weights, 0.0)  # only they name changes
     of_zero = of_zero / of_zero.sum() if of_zero.any() else weights
     changes = tuple(_changes(of_zero, histories, histories[int(np.argmax(of_zero))], priors))
@@ -388,10 +388,10 @@ def _since(weights: Numbers, firsts: Numbers) -> int:
     return max(total, key=lambda first: total[first])
 
 
-def _zero(weights: Numbers, histories: npt.NDArray[np.void], drives: int) -> Zero:
+def _zero(weights: Numbers, histories: npt.NDArray[np.void]) -> Zero:
     for code, name in enumerate(_core.TRUCK_ZEROS):
         is_sure = float(weights[histories["zero"] == code].sum()) > TUNED["truck_now.sure"]
-        if name != "fixed" and drives >= TUNED["truck_now.zero_drives_min"] and is_sure:
+        if name != "fixed" and is_sure:
             return cast(Zero, name)
     return "fixed"
 

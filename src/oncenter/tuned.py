@@ -246,8 +246,6 @@ TUNED = {  # by file and name
     "truck_now.found_share": 0.9,
     "truck_now.sure": 0.9,
     "truck_now.ambiguous": 2.0,
-    "truck_now.pull_unidentified": 0.5,
-    "truck_now.pull_identified": 0.8,
 }
 PRIORS = {  # mean and sd of each term
     "YAW_ACCELERATION": (0.0, 1.7453292519943295),

@@ -272,10 +272,9 @@ def _truck(found: Any, table: npt.NDArray[np.void], rows: Sequence[Row], priors:
         np.exp(histories["log_weight"]), histories["mean"], histories["covariance"].reshape(-1, 7, 7)
     )
     pull, pull_variance = _mixed(weights, means[:, PULL], covariances[:, PULL, PULL])
-    low, high = TUNED["truck_now.pull_unidentified"], TUNED["truck_now.pull_identified"]
     at_first = priors.pull_sd_m_s2**2 * np.where(histories["variant"] == _WIDE_PULL, priors.wide_pull**2, 1.0)
     share = 1.0 - float(weights @ (covariances[:, PULL, PULL] / np.maximum(at_first, _TINY)))
-    identified = min(max((share - low) / (high - low), 0.0), 1.0)
+    identified = max(2.0 * share - 1.0, 0.0)
     own_mean, own_variance = _given_pull(means, covariances, priors.pull_m_s2, identified)
     common = priors.offset_common_sd_rad**2
     own = _interval(weights, own_mean, np.sqrt(own_variance + common))

@@ -49,8 +49,6 @@ static const float T_prior_s2 = 0.05f; /* rad^2/s^3: sum of squared yaw accelera
 static const float zero_walk_variance_max = 0.09f; /* (m/s^2)^2: maximum variance of the zero */
 static const float drift_s = 300.0f; /* s: time until a random walk counts as a drift: variance t (1 + t/300) */
 static const float load_share_sd = 0.1f; /* sd of K over K after the loss of the sensor, by fuel and tyres */
-static const float load_share_stopped_sd = 0.25f; /* the same after a stop that is long enough to load */
-static const float loading_s = 60.0f; /* s: minimum length of such a stop */
 static const float learning_memory_s = 600.0f; /* s: memory of T, of the error's scale and of the side slip's terms */
 static const float learned_s = 30.0f; /* s: comparison until its scale of the error replaces the factor 2 */
 static const float unbanked_share = 0.3f; /* sd of K over K while the accelerometer is lost */
@@ -286,7 +284,7 @@ static float truck_variance(const oc_angle_tracking *t, const oc_angle_evidence 
                              const oc_angle_truck *truck, const oc_angle_tick *tick) {
     const float i = (float)d->ratio.ratio;
     const float a = t->yaw_rate * t->speed + t->bank - truck->unloading;
-    const float loaded = (t->standing_s > loading_s ? load_share_stopped_sd : load_share_sd) * truck->gradient;
+    const float loaded = load_share_sd * truck->gradient;
     const float gyro = i * d->wheelbase / t->speed * tick->yaw_rate_bias_sd;
     const float gradient_sd = gradient_sd_of(truck, tick);
     const float gradient = i * a * gradient_sd, load = i * a * loaded;
@@ -399,7 +397,7 @@ static void publish_measured(oc_angle_tracking *t, const oc_angle_design *d, con
     const float left = t->step * (1.0f - d->takeover_share);
     t->step = came_back ? t->before - (float)measured : fabsf(left) > faded ? left : 0.0f;
     t->difference = (float)measured + t->step - t->estimate;
-    t->without_sensor_s = t->standing_s = 0.0f;
+    t->without_sensor_s = 0.0f;
     const float offset_sd = learned->identified ? learned->offset_sd : valid_sd;
     out->angle = measured + (double)t->step;
     out->delay = 0.0;
@@ -412,7 +410,6 @@ static void publish_estimated(oc_angle_tracking *t, const oc_angle_design *d, bo
                               oc_angle *out) {
     t->difference -= t->difference * d->takeover_share;
     t->without_sensor_s += d->tick_s;
-    t->standing_s += moves ? 0.0f : d->tick_s;
     out->angle = (double)(t->estimate + t->difference);
     out->standard_deviation = (double)t->sd;
     out->delay = (double)(t->lateness * (1.0f - t->share));

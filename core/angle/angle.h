@@ -97,7 +97,6 @@ typedef struct {
     float place_step;                 /* per tick until the next check */
     float held_s;                     /* since the angle was last observable */
     float without_sensor_s;           /* since the sensor was last valid */
-    float standing_s;                 /* standstill without a sensor: the load may have changed */
     float estimate;                   /* rad */
     float difference;                 /* rad, last valid measured angle less the estimate, fading */
     float step;                       /* rad, last estimate less the angle of the returning sensor, fading */

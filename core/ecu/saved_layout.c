@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x177D2263u;
+static const uint32_t layout_hash = 0x35B54755u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -49,7 +49,7 @@ static const oc_saved_run state_runs[] = {
     INTEGERS_OF_EACH(oc_state, tracking.joint.collected.samples[0].in_second, 1, tracking.joint.collected.samples),
     INTEGERS(oc_state, tracking.joint.collected.count, 2), FLOATS(oc_state, tracking.joint.collected.curvature, 1),
     INTEGERS(oc_state, tracking.joint.due, 5), FLOATS(oc_state, tracking.joint.min_error, 243),
-    INTEGERS(oc_state, tracking.angle.running, 2), FLOATS(oc_state, tracking.angle.yaw_rate_first, 28),
+    INTEGERS(oc_state, tracking.angle.running, 2), FLOATS(oc_state, tracking.angle.yaw_rate_first, 27),
     INTEGERS(oc_state, tracking.fault.running, 2), ENUMS(oc_state, tracking.fault.fault, 1),
     DOUBLES(oc_state, tracking.fault.since, 7), FLOATS(oc_state, tracking.fault.steady_difference, 24),
     DOUBLES(oc_state, evidence.offset.ticks.weight, 47), INTEGERS(oc_state, evidence.standstill.still_ticks, 3),

@@ -30,8 +30,6 @@ TUNED = {  # by file and name
     "angle.zero_walk_variance_max": 0.09,
     "angle.drift_s": 300.0,
     "angle.load_share_sd": 0.1,
-    "angle.load_share_stopped_sd": 0.25,
-    "angle.loading_s": 60.0,
     "angle.learning_memory_s": 600.0,
     "angle.learned_s": 30.0,
     "angle.unbanked_share": 0.3,

@@ -50,7 +50,6 @@ static const float zero_walk_variance_max = 0.09f; /* (m/s^2)^2: maximum varianc
 static const float drift_s = 300.0f; /* s: time until a random walk counts as a drift: variance t (1 + t/300) */
 static const float load_share_sd = 0.1f; /* sd of K over K after the loss of the sensor, by fuel and tyres */
 static const float learning_memory_s = 600.0f; /* s: memory of T, of the error's scale and of the side slip's terms */
-static const float learned_s = 30.0f; /* s: comparison until its scale of the error replaces the factor 2 */
 static const float unbanked_share = 0.3f; /* sd of K over K while the accelerometer is lost */
 static const float flattened_max = 0.3f; /* maximum error over the estimate for learning the cube */
 static const float flattening_sd = 0.5f; /* 1/rad^2: prior sd of the cube's share; the arctangent alone is 1/3 */
@@ -306,7 +305,7 @@ static void learn_from_sensor(oc_angle_evidence *e, const oc_angle_tracking *t, 
         e->products = keep * e->products + t->yaw_acceleration * without_T * d->check_s;
     }
     e->seconds += d->check_s;
-    const float share = d->check_s / oc_min(learning_memory_s, 10.0f + e->seconds);
+    const float share = d->check_s / oc_min(learning_memory_s, 1.0f + e->seconds);
     e->error_scale += (oc_min(error * error / variance, 25.0f) - e->error_scale) * share;
 }
 
@@ -366,7 +365,7 @@ static void check(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_des
     if (tick->can_learn && identified) {
         learn_truck(t, e, d, tick, per_rate, observer);
     }
-    const float error_scale = e->seconds > learned_s ? e->error_scale : 2.0f;
+    const float error_scale = e->error_scale + 2.0f / (1.0f + e->seconds); /* the prior 2 counts as a second */
     t->sd = sqrtf(error_scale * observer + lag_variance(t, per_rate) + truck_variance(t, e, d, truck, tick) +
                   tick->braked_sd * tick->braked_sd);
 }

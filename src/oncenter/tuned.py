@@ -31,7 +31,6 @@ TUNED = {  # by file and name
     "angle.drift_s": 300.0,
     "angle.load_share_sd": 0.1,
     "angle.learning_memory_s": 600.0,
-    "angle.learned_s": 30.0,
     "angle.unbanked_share": 0.3,
     "angle.flattened_max": 0.3,
     "angle.flattening_sd": 0.5,

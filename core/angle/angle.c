@@ -46,7 +46,6 @@ static const float clear_noises = 12.0f; /* as swing_noises, of steering that is
 static const float T_prior_s = 1.3f; /* s: prior of T, steering wheel angle per yaw acceleration */
 static const float T_prior_steady_s = 6.0f; /* s: steering wheel angle per yaw rate at which T_prior_s holds */
 static const float T_prior_s2 = 0.05f; /* rad^2/s^3: sum of squared yaw acceleration with the prior's weight */
-static const float zero_walk_variance_max = 0.09f; /* (m/s^2)^2: maximum variance of the zero */
 static const float drift_s = 300.0f; /* s: time until a random walk counts as a drift: variance t (1 + t/300) */
 static const float load_share_sd = 0.1f; /* sd of K over K after the loss of the sensor, by fuel and tyres */
 static const float learning_memory_s = 600.0f; /* s: memory of T, of the error's scale and of the side slip's terms */
@@ -145,8 +144,7 @@ void oc_angle_filter(oc_angle_tracking *t, const oc_angle_design *d, const oc_an
  * variance grows faster. */
 static float zero_walk_variance(const oc_angle_tracking *t, const oc_angle_truck *truck) {
     const float lost_s = t->without_sensor_s;
-    const float drifted = oc_min(truck->wander * lost_s * (1.0f + lost_s / drift_s), zero_walk_variance_max);
-    return lost_s < never_s ? drifted : 0.0f;
+    return lost_s < never_s ? truck->wander * lost_s * (1.0f + lost_s / drift_s) : 0.0f;
 }
 
 /* Without an accelerometer neither the bank of a bend nor all of the lateral force is identifiable. */

@@ -27,7 +27,6 @@ TUNED = {  # by file and name
     "angle.T_prior_s": 1.3,
     "angle.T_prior_steady_s": 6.0,
     "angle.T_prior_s2": 0.05,
-    "angle.zero_walk_variance_max": 0.09,
     "angle.drift_s": 300.0,
     "angle.load_share_sd": 0.1,
     "angle.learning_memory_s": 600.0,

@@ -12,7 +12,6 @@ static const float rad_in_deg = 0.017453292f; /* pi/180 */
 static const float limit_deg = 10.0f;
 static const float limit_sds = 5.5f; /* sd: the limit, in standard deviations of the estimate */
 static const float borderline = 0.8f; /* of the limit, beyond which a difference is summed */
-static const float counted_max = 1.2f; /* maximum in the sum, in limits */
 static const float fault_s = 0.9f; /* s: sum, in limits, that is a fault */
 static const float fault_mean = 0.6f; /* mean difference that is a fault, in limits; the play can mask a lasting one */
 static const float suspended_max_s = 60.0f; /* s: maximum time without learning by suspicion */
@@ -163,7 +162,7 @@ static void sum_excess(oc_fault_watch *w, const oc_fault_tick *tick, float share
 }
 
 static void follow_difference(oc_fault_watch *w, const oc_fault_tick *tick, float difference, float limit) {
-    const float share = oc_clamp_size(difference / limit, counted_max);
+    const float share = oc_clamp_size(difference / limit, 2.0f - borderline);
     sum_excess(w, tick, share, limit);
     w->mean += (share - w->mean) * tick->judged_s / recovered_s;
     w->exceeds_limit = fabsf(share) > 1.0f;

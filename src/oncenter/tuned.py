@@ -137,7 +137,6 @@ TUNED = {  # by file and name
     "sensor_fault.limit_deg": 10.0,
     "sensor_fault.limit_sds": 5.5,
     "sensor_fault.borderline": 0.8,
-    "sensor_fault.counted_max": 1.2,
     "sensor_fault.fault_s": 0.9,
     "sensor_fault.fault_mean": 0.6,
     "sensor_fault.suspended_max_s": 60.0,

@@ -19,7 +19,6 @@ static const float pair_hz = 3.8f; /* Hz: pair of poles of this filter */
 static const float pair_damping = 0.65f; /* damping of this pair; less delay at the same noise than without ringing */
 /* s: time constant of a_y - r v, part of the lateral force that the yaw rate lacks */
 static const float bank_s = 0.05f;
-static const float rate_s = 0.1f; /* s: time constant of the published steering rate */
 static const float check_s = 0.05f; /* s: period of the place in the play, of learning and of the sensor check */
 static const float moved_min = 0.7f * 0.017453292f; /* rad: movement of the wheels that is not noise */
 static const float moved_clear = 2.0f * 0.017453292f; /* rad: movement by which the driver clearly pushes the wheels */
@@ -76,7 +75,7 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
         .stiffness = w * w,
         .damping = damping,
         .bank_share = tick_s / (bank_s + tick_s),
-        .rate_share = tick_s / (rate_s + tick_s),
+        .rate_share = tick_s / (2.0f * check_s + tick_s),
         .takeover_share = tick_s / (1.0f + tick_s),
         .acceleration_noise = w * w * w * w / (2.0f * (slope * (1.0f + damping * lag) - w * w * lag)),
         .swing_keep = 1.0f - tick_s / swing_s,
@@ -92,7 +91,7 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
 }
 
 double oc_angle_rate_s(void) {
-    return (double)rate_s;
+    return (double)(2.0f * check_s);
 }
 
 static float limited_yaw_rate(float yaw_rate) {

@@ -5,7 +5,6 @@ TUNED = {  # by file and name
     "angle.pair_hz": 3.8,
     "angle.pair_damping": 0.65,
     "angle.bank_s": 0.05,
-    "angle.rate_s": 0.1,
     "angle.check_s": 0.05,
     "angle.moved_min": 0.012217304763960306,
     "angle.moved_clear": 0.03490658503988659,

@@ -13,7 +13,6 @@ static const float prediction_share = 0.07f; /* share of a step in the mean of t
 static const float alone_varied_s = 60.0f; /* s: minimum time of changing values before */
 /* number of times that is no chance: in which a signal misses a change, or an angle jumps by a turn */
 static const float missed_times = 5.0f;
-static const float missed_memory_s = 1200.0f; /* s: memory of these times, of changing values */
 static const float same_end = 0.01f; /* share of a value within which two ends of a range are the same */
 /* end */
 
@@ -35,7 +34,7 @@ static void follow_held(oc_signal_level *level, float value, float held_s, float
     level->held_max_s = changes ? oc_max(level->held_max_s, level->held_s) : level->held_max_s;
     level->held_s = value != 0.0f ? held_s : 0.0f;
     level->varied_s += changes ? step_s : 0.0f;
-    if (level->varied_s > missed_memory_s) {
+    if (level->varied_s > oc_signal_memory_s()) {
         level->varied_s *= 0.5f;
         level->missed *= 0.5f;
         level->missed_there *= 0.5f;

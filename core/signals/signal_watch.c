@@ -23,6 +23,10 @@ static const float jumps_min = 20.0f; /* minimum number of jumps that no truck m
 static const float jumps_per_s = 0.1f; /* 1/s: the same, in the mean; share of the time with values that no truck has */
 /* end */
 
+float oc_signal_memory_s(void) {
+    return memory_s;
+}
+
 float oc_signal_resolution(const oc_signal_watch *w) {
     return w->resolution < never_changed ? w->resolution : 0.0f;
 }

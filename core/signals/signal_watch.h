@@ -40,6 +40,9 @@ void oc_signal_watch_update(oc_signal_watch *watch, float value, float impossibl
  * unit. */
 void oc_signal_watch_end_step(oc_signal_watch *watch, float jump_min, float ticks, float step_s);
 
+/* s, of the jumps and of missed changes. */
+float oc_signal_memory_s(void);
+
 /* Minimum change so far; 0 before any. */
 float oc_signal_resolution(const oc_signal_watch *watch);
 

@@ -199,7 +199,6 @@ TUNED = {  # by file and name
     "signal_level.prediction_share": 0.07,
     "signal_level.alone_varied_s": 60.0,
     "signal_level.missed_times": 5.0,
-    "signal_level.missed_memory_s": 1200.0,
     "signal_level.same_end": 0.01,
     "signal_pair.side_acceleration": 0.25,
     "signal_pair.motion_max": 12.0,

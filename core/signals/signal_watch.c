@@ -16,8 +16,6 @@ static const float same_share = 0.002f; /* share of a jump within which two valu
 static const float memory_s = 300.0f; /* s: memory of the jumps */
 static const float landed_share = 0.4f; /* share of these among all jumps; half of the jumps lead back */
 static const float filled_share = 0.004f; /* minimum share of the time at this value */
-/* change in two ticks over that in one, where every second sample is filled */
-static const float alternation_max = 0.6f;
 static const float jumps_min = 20.0f; /* minimum number of jumps that no truck makes */
 static const float jumps_per_s = 0.1f; /* 1/s: the same, in the mean; share of the time with values that no truck has */
 /* end */
@@ -125,7 +123,7 @@ void oc_signal_watch_end_step(oc_signal_watch *w, float jump_min, float ticks, f
 }
 
 static bool alternates_with_zero(const oc_signal_watch *w) {
-    return w->observed_s > change_s && w->alternation < alternation_max;
+    return w->observed_s > change_s && w->alternation < 0.5f;
 }
 
 float oc_signal_filled_with(const oc_signal_watch *w) {

@@ -9,7 +9,6 @@ static const float level_means = 120.0f; /* memory of the means over 0.5 s, in m
 static const float noise_share = 0.7f; /* share of the differences of successive means in the variance of a noise */
 static const float stuck_s = 10.0f; /* s: minimum time of a stuck value */
 static const float followed_s = 0.6f; /* s: after which the others have followed the signal to its last value */
-static const float prediction_share = 0.07f; /* share of a step in the mean of the prediction: 1.4 s */
 static const float alone_varied_s = 60.0f; /* s: minimum time of changing values before */
 /* number of times that is no chance: in which a signal misses a change, or an angle jumps by a turn */
 static const float missed_times = 5.0f;
@@ -56,7 +55,8 @@ void oc_signal_level_follow(oc_signal_level *level, const oc_signal_watch *watch
     }
     level->held_value = watch->last;
     const bool begins = !(level->steps > 0.0f);
-    level->prediction = begins ? prediction : level->prediction + prediction_share * (prediction - level->prediction);
+    const float innovation = prediction - level->prediction;
+    level->prediction = begins ? prediction : level->prediction + innovation * step_s / (2.0f * followed_s);
     level->low = begins ? level->prediction : oc_min(level->low, level->prediction);
     level->high = begins ? level->prediction : oc_max(level->high, level->prediction);
     level->steps += 1.0f;

@@ -194,7 +194,6 @@ TUNED = {  # by file and name
     "signal_level.noise_share": 0.7,
     "signal_level.stuck_s": 10.0,
     "signal_level.followed_s": 0.6,
-    "signal_level.prediction_share": 0.07,
     "signal_level.alone_varied_s": 60.0,
     "signal_level.missed_times": 5.0,
     "signal_level.same_end": 0.01,

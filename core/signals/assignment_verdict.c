@@ -8,8 +8,6 @@
 static const float whole_turn = 6.2831853f; /* rad */
 
 /* Tuned, in tuned.toml: assignment_verdict */
-/* rad: distance of a jump from a whole turn, of an angle that wraps while it turns */
-static const float wrapped_within = 0.35f;
 static const float end_s = 6.0f; /* s: minimum time exactly at each end of the range of a clipped angle */
 static const float hold_s = 3600.0f; /* s: until another fault that nothing shows any more ends */
 static const float lag_angle_max = 0.55f; /* s: the same, maximum */
@@ -47,7 +45,7 @@ static bool set_signal_fault(oc_assignment *a, oc_signal_fault fault, int32_t si
 
 /* An angle that jumps by a whole turn; it lands on the ends of its range. */
 static bool is_wrapped(const oc_signal_watch *watch, int32_t k) {
-    return k == 0 && fabsf(watch->jumped - whole_turn) < wrapped_within;
+    return k == 0 && fabsf(watch->jumped - whole_turn) < oc_signal_impossible_jump(k);
 }
 
 /* An angle that stays at both ends of a range with zero in its middle: a driver ends nowhere so exactly. The ends of a

@@ -216,7 +216,6 @@ TUNED = {  # by file and name
     "assignment.straight_steps_min": 100.0,
     "assignment.reverse_speed_max": 4.0,
     "assignment.reverse_yaw_rate_min": 0.008,
-    "assignment_verdict.wrapped_within": 0.35,
     "assignment_verdict.end_s": 6.0,
     "assignment_verdict.hold_s": 3600.0,
     "assignment_verdict.lag_angle_max": 0.55,

@@ -11,7 +11,6 @@ enum { LEVEL_STEPS = OC_STEPS_PER_SECOND / 2 }; /* in the mean of a level: half 
 static const float compared_speed = 2.0f; /* m/s: minimum speed of the comparison */
 static const float slow_speed = 14.0f; /* m/s: maximum speed of the comparison of sizes */
 static const float with_slip_speed = 8.0f; /* m/s: minimum speed at which side slip hardly moves the accelerometer */
-static const float straight_steps_max = 300.0f; /* memory of the angle straight ahead, in steps */
 static const float straight_steps_min = 100.0f; /* number of steps in it from which the angle has a side */
 static const float reverse_speed_max = 4.0f; /* m/s: maximum speed at which a truck may reverse */
 /* rad/s: minimum turn against the angle of a truck that may reverse */
@@ -145,7 +144,7 @@ static void follow_range(oc_assignment *a, const oc_assignment_design *d, const 
 /* The angle while the truck hardly turns: by another zero the speed's changes would look like steering. */
 static float follow_straight_angle(oc_assignment *a, float angle, bool has, float lateral) {
     if (has && fabsf(lateral) < oc_signal_side()) {
-        a->straight_steps = oc_min(a->straight_steps + 1.0f, straight_steps_max);
+        a->straight_steps = oc_min(a->straight_steps + 1.0f, straight_steps_min);
         a->straight_angle += (angle - a->straight_angle) / a->straight_steps;
     }
     return a->straight_angle;

@@ -212,7 +212,6 @@ TUNED = {  # by file and name
     "assignment.compared_speed": 2.0,
     "assignment.slow_speed": 14.0,
     "assignment.with_slip_speed": 8.0,
-    "assignment.straight_steps_max": 300.0,
     "assignment.straight_steps_min": 100.0,
     "assignment.reverse_speed_max": 4.0,
     "assignment.reverse_yaw_rate_min": 0.008,

@@ -11,7 +11,8 @@ static const float rad_in_deg = 0.017453292f; /* pi/180 */
 /* deg: minimum of the limit of the difference, which is the larger of this and limit_sds */
 static const float limit_deg = 10.0f;
 static const float limit_sds = 5.5f; /* sd: the limit, in standard deviations of the estimate */
-static const float borderline = 0.8f; /* of the limit, beyond which a difference is summed */
+/* of the limit, beyond which a difference is summed, up to as far beyond the limit */
+static const float borderline = 0.8f;
 static const float fault_s = 0.9f; /* s: sum, in limits, that is a fault */
 static const float fault_mean = 0.6f; /* mean difference that is a fault, in limits; the play can mask a lasting one */
 static const float suspended_max_s = 60.0f; /* s: maximum time without learning by suspicion */

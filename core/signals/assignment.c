@@ -11,7 +11,8 @@ enum { LEVEL_STEPS = OC_STEPS_PER_SECOND / 2 }; /* in the mean of a level: half 
 static const float compared_speed = 2.0f; /* m/s: minimum speed of the comparison */
 static const float slow_speed = 14.0f; /* m/s: maximum speed of the comparison of sizes */
 static const float with_slip_speed = 8.0f; /* m/s: minimum speed at which side slip hardly moves the accelerometer */
-static const float straight_steps_min = 100.0f; /* number of steps in it from which the angle has a side */
+/* memory of the angle straight ahead, in steps, and their number from which the angle has a side */
+static const float straight_steps_min = 100.0f;
 static const float reverse_speed_max = 4.0f; /* m/s: maximum speed at which a truck may reverse */
 /* rad/s: minimum turn against the angle of a truck that may reverse */
 static const float reverse_yaw_rate_min = 0.008f;

@@ -18,8 +18,10 @@ float oc_clamp(float value, float low, float high) {
 }
 
 float oc_clamp_size(float value, float limit) {
-    const float size = oc_min(fabsf(value), limit);
-    return value < 0.0f ? -size : size;
+    if (fabsf(value) <= limit) {
+        return value;
+    }
+    return value < 0.0f ? -limit : limit;
 }
 
 double oc_clamp_size_double(double value, double limit) {

@@ -22,22 +22,22 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0x870CCFD1u;
+static const uint32_t layout_hash = 0xB75F80BCu;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
     DOUBLES(oc_state, tracking.clock.window_begin, 2), INTEGERS(oc_state, tracking.clock.window_ticks, 4),
     DOUBLES(oc_state, tracking.last_complete, 1), FLOATS(oc_state, tracking.braked_s, 7),
     INTEGERS(oc_state, tracking.statuses.known, 2),
-    FLOATS_OF_EACH(oc_state, tracking.assignment.watches[0].last, 19, tracking.assignment.watches),
-    INTEGERS_OF_EACH(oc_state, tracking.assignment.watches[0].held_ticks, 2, tracking.assignment.watches),
+    FLOATS_OF_EACH(oc_state, tracking.assignment.watches[0].last, 18, tracking.assignment.watches),
+    INTEGERS_OF_EACH(oc_state, tracking.assignment.watches[0].held_ticks, 1, tracking.assignment.watches),
     FLOATS(oc_state, tracking.assignment.levels[0].mean, 64),
     FLOATS_OF_EACH(oc_state, tracking.assignment.witnesses[0].means[0], 54, tracking.assignment.witnesses),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.witnesses[0].steps, 1, tracking.assignment.witnesses),
     FLOATS_OF_EACH(oc_state, tracking.assignment.pairs[0].weights[0], 67, tracking.assignment.pairs),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.pairs[0].halved, 1, tracking.assignment.pairs),
     FLOATS(oc_state, tracking.assignment.sums[0], 18), INTEGERS(oc_state, tracking.assignment.ticks, 12),
-    ENUMS(oc_state, tracking.assignment.fault, 1), DOUBLES(oc_state, tracking.preprocess.yaw_rate.s1, 84),
+    ENUMS(oc_state, tracking.assignment.fault, 1), DOUBLES(oc_state, tracking.preprocess.lowpass.s1[0], 84),
     INTEGERS(oc_state, tracking.preprocess.angle_next, 7), DOUBLES(oc_state, tracking.straight.filling.weight, 147),
     INTEGERS(oc_state, tracking.cornering.ticks, 3), DOUBLES(oc_state, tracking.cornering.filling.weight, 147),
     INTEGERS(oc_state, tracking.joint.running, 3), DOUBLES(oc_state, tracking.joint.yaw_rate, 4),

@@ -24,8 +24,6 @@ static const float impossible_jump[OC_WATCHED] = {0.3f, 0.04f, 1.0f, 5.0f};
 static const float missed_min[OC_WATCHED] = {0.12f, 0.02f, 0.7f, 0.6f};
 /* end */
 
-static const uint32_t watched_bits[OC_WATCHED] = {OC_HAS_STEERING_WHEEL_ANGLE, OC_HAS_YAW_RATE, OC_HAS_VEHICLE_SPEED,
-                                                  OC_HAS_LATERAL_ACCELERATION};
 static const int32_t first_of[OC_PAIRS] = {OC_BY_ANGLE, OC_BY_YAW_RATE, OC_BY_ANGLE, OC_BY_YAW_RATE};
 static const int32_t second_of[OC_PAIRS] = {OC_BY_YAW_RATE, OC_BY_ACCELERATION, OC_BY_ACCELERATION, OC_BY_WHEELS};
 
@@ -60,9 +58,9 @@ void oc_assignment_setup(oc_assignment_design *design, double ratio_times_wheelb
     };
 }
 
-static void watch_signal(oc_assignment *a, int32_t k, float value) {
-    if (((uint32_t)a->started & watched_bits[k]) == 0) {
-        a->started = (int32_t)((uint32_t)a->started | watched_bits[k]);
+static void watch_signal(oc_assignment *a, int32_t k, uint32_t bit, float value) {
+    if (((uint32_t)a->started & bit) == 0) {
+        a->started = (int32_t)((uint32_t)a->started | bit);
         oc_signal_watch_begin(&a->watches[k], value, jump_min[k]);
     } else {
         oc_signal_watch_update(&a->watches[k], value, impossible_jump[k]);
@@ -218,12 +216,12 @@ static void end_assignment_step(oc_assignment *a, const oc_assignment_design *d)
 }
 
 void oc_assignment_update(oc_assignment *a, const oc_assignment_design *d, const oc_signals *tick, uint32_t sent) {
-    const float values[OC_WATCHED] = {(float)tick->steering_wheel_angle, (float)tick->yaw_rate,
-                                      (float)tick->vehicle_speed, (float)tick->lateral_acceleration};
+    const double *signal = &tick->steering_wheel_angle; /* the watched signals, and their bits, are the first ones */
     for (int32_t k = 0; k < OC_WATCHED; ++k) {
-        if ((tick->valid & watched_bits[k]) != 0) {
-            watch_signal(a, k, values[k]);
-        } else if ((sent & watched_bits[k]) != 0 && fabsf(values[k]) > 1.0f) { /* a number, not NaN */
+        const uint32_t bit = 1u << (uint32_t)k;
+        if ((tick->valid & bit) != 0) {
+            watch_signal(a, k, bit, (float)signal[k]);
+        } else if ((sent & bit) != 0 && fabs(signal[k]) > 1.0) { /* a number, not NaN */
             a->watches[k].impossible_s += d->tick_s;
         }
     }

@@ -37,38 +37,43 @@ void oc_preprocess_design(oc_preprocess *design, double cutoff_hz, double delay_
     design->settling_ticks = (OC_SLOPE_POINTS - 1) * design->slope_every + design->delay_ticks + 1;
 }
 
-static double lowpass(oc_lowpass_state *state, const oc_lowpass *design, double x) {
-    const double b0x = design->b0 * x;
-    const double y = b0x + state->s1;
-    state->s1 = 2.0 * b0x - design->a1 * y + state->s2;
-    state->s2 = b0x - design->a2 * y;
-    return y;
+/* Filters the signals in place. */
+static void lowpass(oc_lowpass_states *state, const oc_lowpass *design, double *signals) {
+    const double b0 = design->b0, a1 = design->a1, a2 = design->a2;
+    for (int32_t k = 0; k < OC_FILTERED_COUNT; ++k) {
+        const double b0x = b0 * signals[k];
+        const double y = b0x + state->s1[k];
+        state->s1[k] = 2.0 * b0x - a1 * y + state->s2[k];
+        state->s2[k] = b0x - a2 * y;
+        signals[k] = y;
+    }
 }
 
 double oc_lowpass_second_difference(const oc_lowpass *design, int32_t apart) {
-    oc_lowpass_state state = {0};
+    oc_lowpass_states state = {0};
     double sum = 0.0;
     for (int32_t k = 0; k < 12 * apart; ++k) { /* the last impulse response has decayed by then */
         const double impulse = k == 0 || k == 2 * apart ? 1.0 : 0.0;
-        const double response = lowpass(&state, design, k == apart ? -2.0 : impulse);
-        sum += response * response;
+        double response[OC_FILTERED_COUNT] = {k == apart ? -2.0 : impulse};
+        lowpass(&state, design, response);
+        sum += response[0] * response[0];
     }
     return sum;
 }
 
-/* The steady state for a constant input x. */
-static oc_lowpass_state lowpass_at(const oc_lowpass *design, double x) {
-    const double s2 = (design->b0 - design->a2) * x;
-    return (oc_lowpass_state){.s1 = (2.0 * design->b0 - design->a1) * x + s2, .s2 = s2};
+/* Sets the steady state for constant signals. */
+static void set_steady(oc_lowpass_states *state, const oc_lowpass *design, const double *signals) {
+    for (int32_t k = 0; k < OC_FILTERED_COUNT; ++k) {
+        state->s2[k] = (design->b0 - design->a2) * signals[k];
+        state->s1[k] = (2.0 * design->b0 - design->a1) * signals[k] + state->s2[k];
+    }
 }
 
 void oc_preprocess_restart(oc_preprocess_state *state, const oc_preprocess *design, double angle, double yaw_rate,
                            double speed, double lateral_acceleration, double rear_axle_angle) {
+    const double signals[OC_FILTERED_COUNT] = {yaw_rate, speed, lateral_acceleration, rear_axle_angle};
     memset(state, 0, sizeof *state);
-    state->yaw_rate = lowpass_at(&design->lowpass, yaw_rate);
-    state->vehicle_speed = lowpass_at(&design->lowpass, speed);
-    state->lateral_acceleration = lowpass_at(&design->lowpass, lateral_acceleration);
-    state->rear_axle_angle = lowpass_at(&design->lowpass, rear_axle_angle);
+    set_steady(&state->lowpass, &design->lowpass, signals);
     for (int32_t k = 0; k < OC_DELAY_MAX; ++k) {
         state->angle[k] = angle;
     }
@@ -108,17 +113,18 @@ static double delayed(oc_preprocess_state *state, const oc_preprocess *design, d
 
 oc_filtered oc_preprocess_update(oc_preprocess_state *state, const oc_preprocess *design, double angle,
                                  double yaw_rate, double speed, double lateral_acceleration, double rear_axle_angle) {
-    const double smooth_speed = lowpass(&state->vehicle_speed, &design->lowpass, speed);
-    differentiate(state, design, smooth_speed);
+    double signals[OC_FILTERED_COUNT] = {yaw_rate, speed, lateral_acceleration, rear_axle_angle};
+    lowpass(&state->lowpass, &design->lowpass, signals);
+    differentiate(state, design, signals[OC_FILTERED_SPEED]);
     if (state->ticks < design->settling_ticks) {
         ++state->ticks;
     }
     return (oc_filtered){
         .steering_wheel_angle = delayed(state, design, angle),
-        .yaw_rate = lowpass(&state->yaw_rate, &design->lowpass, yaw_rate),
-        .vehicle_speed = smooth_speed,
-        .lateral_acceleration = lowpass(&state->lateral_acceleration, &design->lowpass, lateral_acceleration),
-        .rear_axle_angle = lowpass(&state->rear_axle_angle, &design->lowpass, rear_axle_angle),
+        .yaw_rate = signals[OC_FILTERED_YAW_RATE],
+        .vehicle_speed = signals[OC_FILTERED_SPEED],
+        .lateral_acceleration = signals[OC_FILTERED_ACCELERATION],
+        .rear_axle_angle = signals[OC_FILTERED_REAR_ANGLE],
         .longitudinal_acceleration = state->speed_slope,
     };
 }

@@ -17,9 +17,12 @@ typedef struct {
     double b0, a1, a2;
 } oc_lowpass;
 
+/* The filtered signals, in the order of oc_preprocess_update. */
+enum { OC_FILTERED_YAW_RATE, OC_FILTERED_SPEED, OC_FILTERED_ACCELERATION, OC_FILTERED_REAR_ANGLE, OC_FILTERED_COUNT };
+
 typedef struct {
-    double s1, s2;
-} oc_lowpass_state;
+    double s1[OC_FILTERED_COUNT], s2[OC_FILTERED_COUNT];
+} oc_lowpass_states;
 
 typedef struct {
     oc_lowpass lowpass;
@@ -31,7 +34,7 @@ typedef struct {
 } oc_preprocess;
 
 typedef struct {
-    oc_lowpass_state yaw_rate, vehicle_speed, lateral_acceleration, rear_axle_angle;
+    oc_lowpass_states lowpass;
     double angle[OC_DELAY_MAX]; /* rad, ring */
     double speed[OC_SLOPE_POINTS]; /* m/s, ring, down-sampled */
     double speed_slope;         /* m/s^2, as of the last down-sampled speed */

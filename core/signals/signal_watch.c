@@ -62,12 +62,12 @@ static bool is_abrupt(float change, float before) {
 static float jumps_counted(const oc_signal_watch *w, float value, float impossible) {
     const float moved = fabsf(value - w->last);
     const bool is_back = fabsf(value - w->before_last) < back_share * moved;
-    return moved <= impossible * (float)(1 + w->held_ticks_before) ? 0.0f : is_back && w->counted > 0.0f ? -1.0f : 1.0f;
+    return moved <= impossible * (float)(1 + w->held_ticks) ? 0.0f : is_back && w->counted > 0.0f ? -1.0f : 1.0f;
 }
 
 static void jump_to(oc_signal_watch *w, float value, float change, float impossible) {
     const float moved = fabsf(change);
-    if (is_abrupt(change, w->change_before)) {
+    if (is_abrupt(change, w->last - w->before_last)) {
         land(w, value, moved);
         w->counted = jumps_counted(w, value, impossible);
         w->jumps += w->counted;
@@ -78,14 +78,12 @@ static void jump_to(oc_signal_watch *w, float value, float change, float impossi
 void oc_signal_watch_update(oc_signal_watch *w, float value, float impossible) {
     const float change = value - w->last, moved = fabsf(change);
     w->moved_by_two += fabsf(value - w->before_last);
-    w->held_ticks_before = w->held_ticks;
-    w->held_ticks = moved > 0.0f ? 0 : w->held_ticks + 1;
     if (moved > w->jump) {
         jump_to(w, value, change, impossible);
     } else {
         w->moved += moved;
     }
-    w->change_before = change;
+    w->held_ticks = moved > 0.0f ? 0 : w->held_ticks + 1;
     w->before_last = w->last;
     w->last = value;
 }
@@ -112,7 +110,7 @@ void oc_signal_watch_end_step(oc_signal_watch *w, float jump_min, float ticks, f
     if (moved > 0.0f) {
         w->alternation += (w->moved_by_two / moved - w->alternation) * share;
     }
-    const float last_change = fabsf(w->change_before);
+    const float last_change = fabsf(w->last - w->before_last);
     w->resolution = last_change > 0.0f ? oc_min(last_change, w->resolution) : w->resolution;
     w->change += (w->moved / ticks - w->change) * share;
     w->jump = oc_max(oc_max(jump_min, jump_changes * w->change), 2.0f * oc_signal_resolution(w));

@@ -10,7 +10,6 @@
 
 typedef struct {
     float last, before_last;   /* values of the last two ticks */
-    float change_before;       /* at the last tick */
     float jump;                /* minimum change in a tick that is a jump */
     float change;              /* mean change in a tick, without jumps */
     float moved, jumped_in_step; /* sums of the changes in this step without jumps, and of the jumps */
@@ -26,7 +25,6 @@ typedef struct {
     float filled_s;            /* s at it after a jump */
     float observed_s;          /* s */
     int32_t held_ticks;        /* since the last change */
-    int32_t held_ticks_before; /* the same, at the tick before */
 } oc_signal_watch;
 
 /* The first tick. */

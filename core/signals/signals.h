@@ -78,6 +78,9 @@ typedef struct {
  * 150 m/s, 100 m/s^2 or 1e5 N m on; of a status from 1.5, of the rear axle's angle from 1.5 rad on. */
 uint32_t oc_signals_measured(const oc_signals *tick);
 
+/* Whether the valid bits have all of `needed`. */
+bool oc_signals_has(uint32_t valid, int32_t needed);
+
 /* The bits of the statuses that are available and true. */
 uint32_t oc_signals_true(const oc_signals *tick);
 

@@ -310,6 +310,10 @@ bool oc_angle_is_due(const oc_angle_tracking *t) {
     return t->ticks_to_check <= 0;
 }
 
+bool oc_angle_checks(const oc_angle_tracking *t) {
+    return oc_angle_is_due(t) || t->held_s > 0.0f;
+}
+
 bool oc_angle_is_accurate(const oc_angle_tracking *t) {
     return fabsf(t->speed) > learning_speed;
 }
@@ -427,12 +431,12 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
         begin_observer(t, tick);
     }
     const bool moves = tick->has_motion && fabsf(tick->speed) > 1.0f;
-    const bool is_due = oc_angle_is_due(t);
-    t->ticks_to_check = (is_due ? d->ticks_per_check : t->ticks_to_check) - 1;
+    const bool checks = oc_angle_checks(t);
+    t->ticks_to_check = (oc_angle_is_due(t) ? d->ticks_per_check : t->ticks_to_check) - 1;
     t->noise = d->acceleration_noise * (learned->yaw_rate_noise > 0.0f ? learned->yaw_rate_noise : usual_noise);
     if (moves) {
         const float wheels = follow_wheels(t, e, d, truck, tick);
-        if (is_due || t->held_s > 0.0f) {
+        if (checks) {
             check(t, e, d, truck, tick, identified, wheels);
         }
         t->held_s = 0.0f;

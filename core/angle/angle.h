@@ -50,7 +50,7 @@ typedef struct {
     float lateral_speed;              /* m/s, over ground, if the method uses it */
     double true_by_sensor;            /* rad, measured less offset */
     bool has_sensor;                  /* the sensor is available and valid */
-    bool can_learn;                   /* the observer may learn from it */
+    bool can_learn;                   /* the observer may learn from it; where oc_angle_checks only */
     bool has_motion;                  /* the method's signals: yaw rate, speed, ... */
     bool accelerometer_lost;          /* no signal, although in use */
     bool assisted;                    /* a motor steers: the place in the play is unknown */
@@ -130,6 +130,9 @@ double oc_angle_rate_s(void);
 
 /* Whether the next tick checks the estimate against the sensor. */
 bool oc_angle_is_due(const oc_angle_tracking *tracking);
+
+/* Whether the next oc_angle_update updates the slower part, if the truck moves. */
+bool oc_angle_checks(const oc_angle_tracking *tracking);
 
 /* Whether the truck is fast enough for the estimate to be compared with the sensor. */
 bool oc_angle_is_accurate(const oc_angle_tracking *tracking);

@@ -84,12 +84,16 @@ static bool watch_presence(oc_fault_watch *w, const oc_fault_tick *tick) {
     return false;
 }
 
+/* Whether the angle has changed faster than a driver steers. */
+static bool moves_fast(const oc_fault_watch *w, const oc_fault_tick *tick) {
+    return fabsf(tick->measured - w->last) > hand_rate_deg_s * rad_in_deg * tick->tick_s;
+}
+
 /* Detects constant values and steps too fast for a driver; true for a step. */
 static bool watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
-    const float moved = fabsf(tick->measured - w->last);
     const bool returned = w->present_s < 2.0f * tick->tick_s;
-    const bool steps = moved > hand_rate_deg_s * rad_in_deg * tick->tick_s;
-    if (steps && !returned) {
+    const bool steps = moves_fast(w, tick) && !returned;
+    if (steps) {
         w->step_time = tick->time;
         w->paired_s = 0.0f;
     }
@@ -100,7 +104,7 @@ static bool watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->held_s = w->held_fast_s = 0.0f;
     }
     w->held_s += tick->tick_s;
-    return steps && !returned;
+    return steps;
 }
 
 /* Odds of a reversed sign, by both angles less their means over the last seconds. With a common noise the log of the
@@ -307,6 +311,10 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (judges) {
         judge(w, tick);
     }
+}
+
+bool oc_fault_may_judge(const oc_fault_watch *w, const oc_fault_tick *tick) {
+    return !w->running || tick->judged_s > 0.0f || moves_fast(w, tick);
 }
 
 oc_fault oc_fault_update(oc_fault_watch *w, oc_fault_evidence *kept, const oc_fault_tick *tick) {

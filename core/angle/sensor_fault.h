@@ -27,15 +27,17 @@ typedef struct {
     float tick_s;        /* s */
     float judged_s;      /* s that this tick's check covers; 0: no check at this tick */
     float measured;      /* rad, as measured */
-    float offset, offset_sd; /* rad, as learned so far */
-    float estimate, sd;  /* rad */
-    float flank_deficit; /* 0 to 1, share that the present flank of the play lacks of its required time */
+    float estimate;      /* rad */
     float speed;         /* m/s */
     bool has_measured;
     bool after_hole;     /* first tick after a gap */
+    bool assisted;       /* a motor steers: the wheel may rest in a bend */
+    /* only where oc_fault_may_judge: */
     bool can_judge;      /* the truck is identified */
     bool is_accurate;    /* the truck is fast enough for the estimate */
-    bool assisted;       /* a motor steers: the wheel may rest in a bend */
+    float offset, offset_sd; /* rad, as learned so far */
+    float sd;            /* rad, of the estimate */
+    float flank_deficit; /* 0 to 1, share that the present flank of the play lacks of its required time */
 } oc_fault_tick;
 
 typedef struct {
@@ -74,6 +76,9 @@ typedef struct {
 } oc_fault_evidence;
 
 const char *oc_fault_name(oc_fault fault);
+
+/* Whether this tick's difference may be judged, so that it needs all members of `tick`. */
+bool oc_fault_may_judge(const oc_fault_watch *watch, const oc_fault_tick *tick);
 
 /* The present fault. A zeroed watch starts from the kept evidence at the tick's time. */
 oc_fault oc_fault_update(oc_fault_watch *watch, oc_fault_evidence *kept, const oc_fault_tick *tick);

@@ -117,31 +117,12 @@ static void select_signals(oc_tick *tick, const oc_fault_watch *watch, const oc_
 
 /* Whether the torque replaces an accelerometer that is not used. */
 static bool needs_torque(const oc_coefficients *c) {
-    return c->params.method == OC_METHOD_JOINT && !c->params.use_accelerometer &&
-           c->params.torque_for_accelerometer_1 > 0.5;
-}
-
-/* Of the angle by which the truck turns. */
-static uint32_t angles_needed(const oc_coefficients *c) {
-    return OC_HAS_STEERING_WHEEL_ANGLE | (c->ratio_times_rear_weight > 0.0 ? (uint32_t)OC_HAS_REAR_AXLE_ANGLE : 0u);
+    return ((uint32_t)c->needed & OC_HAS_STEERING_WHEEL_TORQUE) != 0;
 }
 
 /* rad, of a rear axle that steers; else 0, whatever the signal has. */
 static double rear_axle_angle_of(const oc_signals *signals, const oc_coefficients *c) {
     return c->ratio_times_rear_weight > 0.0 ? signals->rear_axle_angle - c->params.known_rear_axle_zero_rad : 0.0;
-}
-
-static uint32_t signals_needed(const oc_coefficients *c) {
-    if (c->params.method == OC_METHOD_WHEEL_SPEED) {
-        return angles_needed(c) | (c->wheel_axle == OC_AXLE_REAR
-                                                  ? OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT
-                                                  : OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT);
-    }
-    const uint32_t always = angles_needed(c) | OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
-    if (c->params.use_accelerometer) {
-        return always | OC_HAS_LATERAL_ACCELERATION;
-    }
-    return needs_torque(c) ? always | OC_HAS_STEERING_WHEEL_TORQUE : always;
 }
 
 /* 5.5.4: speed and yaw rate of the axle, for equal radii of its wheels. */
@@ -191,11 +172,6 @@ static void sense(oc_tick *tick, oc_evidence *evidence, const oc_coefficients *c
     sense_by_torque(tick, evidence, c);
 }
 
-static bool has_all_signals(const oc_signals *signals, const oc_coefficients *c) {
-    const uint32_t needed = signals_needed(c);
-    return (signals->valid & needed) == needed;
-}
-
 /* A torque that is not proportional to the lateral force counts as missing. */
 static bool lacks_torque(const oc_evidence *evidence, const oc_coefficients *c) {
     return needs_torque(c) && !oc_torque_is_trusted(&evidence->torque, &c->torque);
@@ -234,7 +210,7 @@ static void watch_speed_floor(oc_tick *tick, oc_state *state, const oc_coefficie
     const double straight = has_offset ? near_straight : near_unknown_straight;
     const double rear_part = c->ratio_times_rear_weight * rear_axle_angle_of(signals, c);
     const double turned = fabs(signals->steering_wheel_angle - rear_part - learned->offset.value) - straight;
-    if ((signals->valid & angles_needed(c)) == angles_needed(c) && turned > 0.0) {
+    if (oc_signals_has(signals->valid, c->steered) && turned > 0.0) {
         const float resolution = oc_signal_resolution(&state->tracking.assignment.watches[OC_SPEED_WATCH]);
         const float speed = oc_max(oc_speed_floor_get(&state->evidence.speed_floor), resolution);
         tick->creep = (double)speed * turned / c->ratio_times_wheelbase;
@@ -334,22 +310,30 @@ static void estimate(const oc_tick *tick, oc_tracking *tracking, oc_evidence *ev
     }
 }
 
-/* The queue of deferred work, since a second's work takes too long for one tick: the most urgent pieces that earlier
- * ticks left. The hypotheses wait for missing signals, as their next samples do. */
-static void work(oc_state *state, const oc_coefficients *c, bool has_all) {
+/* The most urgent piece of deferred work; false if there is none. The hypotheses wait for missing signals, as their
+ * next samples do. */
+static bool work_piece(oc_state *state, const oc_coefficients *c, bool has_all) {
     oc_evidence *evidence = &state->evidence;
     oc_joint_tracking *joint = &state->tracking.joint;
-    for (int32_t left = c->pieces_per_tick; left > 0; --left) {
-        if (evidence->gyro_bias.due > 0) {
-            oc_gyro_bias_work(&evidence->gyro_bias, &c->gyro_bias, &c->params);
-        } else if (joint->due > 0 && has_all) {
-            if (oc_joint_work(&evidence->joint, joint, &c->joint, &state->learned.offset,
-                              state->tracking.last_complete)) {
-                learn(evidence, &state->learned, c);
-            }
-        } else if (evidence->torque.due > 0) {
-            oc_torque_work(&evidence->torque, &c->torque);
+    if (evidence->gyro_bias.due > 0) {
+        oc_gyro_bias_work(&evidence->gyro_bias, &c->gyro_bias, &c->params);
+    } else if (joint->due > 0 && has_all) {
+        if (oc_joint_work(&evidence->joint, joint, &c->joint, &state->learned.offset, state->tracking.last_complete)) {
+            learn(evidence, &state->learned, c);
         }
+    } else if (evidence->torque.due > 0) {
+        oc_torque_work(&evidence->torque, &c->torque);
+    } else {
+        return false;
+    }
+    return true;
+}
+
+/* The queue of deferred work, since a second's work takes too long for one tick: what earlier ticks left. */
+static void work(oc_state *state, const oc_coefficients *c, bool has_all) {
+    int32_t left = c->pieces_per_tick;
+    while (left > 0 && work_piece(state, c, has_all)) {
+        --left;
     }
 }
 
@@ -382,7 +366,7 @@ static void step(oc_state *state, const oc_coefficients *c, oc_tick *tick) {
     select_signals(tick, &tracking->fault, evidence, &c->params);
 
     /* what earlier ticks deferred */
-    const bool has_all = has_all_signals(&tick->signals, c);
+    const bool has_all = oc_signals_has(tick->signals.valid, c->needed);
     work(state, c, has_all);
 
     /* 5.3.1: the gyro's bias, also without an angle */
@@ -460,8 +444,8 @@ static void take_row(oc_signals *signals, const oc_columns *columns, size_t row,
     double *signal = &signals->steering_wheel_angle;
     signals->time = columns->time[row];
     signals->valid = valid;
-    for (uint32_t k = 0; valid >> k != 0; ++k) {
-        if (column[k] != NULL) {
+    for (uint32_t k = 0, left = valid; left != 0; ++k, left >>= 1) {
+        if ((left & 1u) != 0) {
             signal[k] = column[k][row];
         }
     }

@@ -97,6 +97,9 @@ typedef struct {
     double ratio_times_wheelbase; /* m, i*L */
     double ratio_times_rear_weight; /* steering wheel angle per angle of a steered rear axle; 0: none is steered */
     double ticks_per_batch;
+    int32_t steered;              /* valid bits of the angle by which the truck turns */
+    int32_t needed;               /* valid bits of all signals of the method */
+    int32_t observed;             /* the same of the angle method; the mean bank replaces a missing accelerometer */
     int32_t wheel_axle;           /* axle whose wheel speeds give the motion: the rear one if its track is given */
     double offset_per_mismatch;   /* rad of residual per r_l/r_r - 1 of that axle, i*L/track */
     int32_t ticks_per_block, blocks_until_final;

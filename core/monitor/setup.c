@@ -145,6 +145,27 @@ static oc_error check_setup(const oc_vehicle *vehicle, const oc_params *params, 
     return has_tracks ? OC_OK : OC_ERROR_VEHICLE;
 }
 
+/* Sets the valid bits that a tick must have: of the angle, of the method, of the angle method. */
+static void set_needed_signals(oc_coefficients *c) {
+    const oc_params *p = &c->params;
+    const uint32_t moves = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED;
+    const uint32_t front = OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT;
+    const uint32_t rear = OC_HAS_WHEEL_SPEED_REAR_LEFT | OC_HAS_WHEEL_SPEED_REAR_RIGHT;
+    const bool by_torque = p->method == OC_METHOD_JOINT && p->torque_for_accelerometer_1 > 0.5;
+    const uint32_t force = p->use_accelerometer ? (uint32_t)OC_HAS_LATERAL_ACCELERATION
+                           : by_torque          ? (uint32_t)OC_HAS_STEERING_WHEEL_TORQUE
+                                                : 0u;
+    const uint32_t by_wheels = c->wheel_axle == OC_AXLE_REAR ? rear : front;
+    const bool observes_wheels =
+        p->angle_method == OC_ANGLE_WHEEL_SPEED || p->angle_method == OC_ANGLE_WHEEL_SPEED_EXACT;
+    const uint32_t steered = OC_HAS_STEERING_WHEEL_ANGLE |
+                             (c->ratio_times_rear_weight > 0.0 ? (uint32_t)OC_HAS_REAR_AXLE_ANGLE : 0u);
+    c->steered = (int32_t)steered;
+    c->needed = (int32_t)(steered | (p->method == OC_METHOD_WHEEL_SPEED ? by_wheels : moves | force));
+    c->observed = (int32_t)(moves | (observes_wheels ? front : 0u) |
+                            (p->angle_method == OC_ANGLE_SIDE_SLIP ? (uint32_t)OC_HAS_LATERAL_SPEED : 0u));
+}
+
 oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, const oc_params *params, double rate_hz) {
     if (coefficients == NULL) {
         return OC_ERROR_NULL;
@@ -165,6 +186,7 @@ oc_error oc_setup(oc_coefficients *coefficients, const oc_vehicle *vehicle, cons
     c->ratio_times_rear_weight = vehicle->steering_ratio * params->rear_axle_weight_1;
     c->ticks_per_batch = params->batch_s * rate_hz;
     c->wheel_axle = wheel_axle_of(vehicle);
+    set_needed_signals(c);
     c->offset_per_mismatch = track > 0.0 ? vehicle->steering_ratio * vehicle->wheelbase / track : 0.0;
     c->ticks_until_new_clock = (int32_t)rate_hz; /* a second in order */
     c->pieces_per_tick = rounded_up(one_piece_hz / rate_hz);

@@ -119,32 +119,37 @@ static double residual_of(const oc_tick *tick, const oc_evidence *evidence, cons
                : tick->motion.residual;
 }
 
+/* Adds a clean tick to its block. True where an earlier block is final. */
+static bool add_clean(oc_pending *pending, const oc_tick *tick, const oc_evidence *evidence, const oc_coefficients *c,
+                      oc_moments *final) {
+    const double speed = tick->filtered.vehicle_speed;
+    const double force = c->vehicle.steering_ratio * tick->motion.lateral_acceleration;
+    const double y = oc_clamp_size_double(residual_of(tick, evidence, c), quantity_max);
+    const double x = oc_clamp_size_double(force, quantity_max);
+    const double w = c->ratio_times_wheelbase / (speed > 1.0 ? speed : 1.0);
+    return oc_pending_add(pending, c->ticks_per_block, c->blocks_until_final, y, x, w, final);
+}
+
 /* (34), (35): a block of clean ticks is final after t1, and then updates the estimates. */
 bool oc_estimate_straight_ahead(const oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence,
                                 const oc_coefficients *c) {
     const oc_params *p = &c->params;
-    const oc_motion *motion = &tick->motion;
-    const double speed = tick->filtered.vehicle_speed;
     const uint32_t reasons = tick->reasons;
     oc_moments block;
-    const double i = c->vehicle.steering_ratio;
-    const double y = oc_clamp_size_double(residual_of(tick, evidence, c), quantity_max);
-    const double x = oc_clamp_size_double(i * motion->lateral_acceleration, quantity_max);
-    const double w = c->ratio_times_wheelbase / (speed > 1.0 ? speed : 1.0);
     bool is_final = false;
 
     if (reasons != 0) {
         oc_pending_drop(&tracking->straight);
-    } else if (oc_pending_add(&tracking->straight, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
+    } else if (add_clean(&tracking->straight, tick, evidence, c, &block)) {
         oc_offset_update(&evidence->offset, &block, c->ticks_per_batch);
         is_final = true;
     }
 
-    const double a_y = fabs(motion->lateral_acceleration);
+    const double a_y = fabs(tick->motion.lateral_acceleration);
     const bool is_bend = a_y > p->understeer_acceleration_min_m_s2 && a_y < p->understeer_acceleration_max_m_s2;
     if ((reasons & ~(uint32_t)OC_REASON_CURVATURE) != 0 || !is_bend || !evidence->verdicts.offset_trusted) {
         oc_pending_drop(&tracking->cornering);
-    } else if (oc_pending_add(&tracking->cornering, c->ticks_per_block, c->blocks_until_final, y, x, w, &block)) {
+    } else if (add_clean(&tracking->cornering, tick, evidence, c, &block)) {
         oc_understeer_update(&evidence->understeer, &block, c->ticks_per_batch);
         is_final = true;
     }

@@ -52,14 +52,6 @@ static bool by_wheel_speed(const oc_params *p) {
     return p->angle_method == OC_ANGLE_WHEEL_SPEED || p->angle_method == OC_ANGLE_WHEEL_SPEED_EXACT;
 }
 
-/* Whether the angle method's signals are available. The mean bank replaces a missing accelerometer. */
-static bool has_motion(const oc_params *p, uint32_t valid) {
-    const uint32_t required = OC_HAS_YAW_RATE | OC_HAS_VEHICLE_SPEED |
-                            (by_wheel_speed(p) ? OC_HAS_WHEEL_SPEED_FRONT_LEFT | OC_HAS_WHEEL_SPEED_FRONT_RIGHT : 0u) |
-                            (p->angle_method == OC_ANGLE_SIDE_SLIP ? (uint32_t)OC_HAS_LATERAL_SPEED : 0u);
-    return (valid & required) == required;
-}
-
 /* The share that the present flank lacks of its required time, 0 to 1. The play was identified on the other flank, and
  * may be wider on this one. */
 static float flank_deficit(const oc_angle_truck *truck, float place) {
@@ -85,25 +77,28 @@ static void judge_sensor(const oc_tick *tick, oc_tracking *tracking, oc_evidence
                          const oc_coefficients *c, bool has_angle) {
     const oc_angle_truck *truck = &learned->truck;
     const oc_angle_tracking *angle = &tracking->angle;
-    const oc_fault_tick judged = {
+    oc_fault_tick judged = {
         .time = tick->signals.time,
         .tick_s = c->angle.tick_s,
         .judged_s = oc_angle_is_due(angle) ? c->angle.check_s : 0.0f,
         .measured = has_angle ? (float)tick->signals.steering_wheel_angle : 0.0f,
-        .offset = (float)learned->offset.value,
-        .offset_sd = truck->offset_sd,
         .estimate = angle->estimate,
-        .sd = angle->sd,
-        .flank_deficit = flank_deficit(&learned->truck, angle->place),
         .speed = tick->observed.speed,
         .has_measured = has_angle,
         .after_hole = tick->after_gap,
-        .is_accurate = oc_angle_is_accurate(angle),
         .assisted = (tick->disturbed & OC_REASON_STEERING_ASSIST) != 0,
-        .can_judge = (tick->at_fault & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE) == 0 && tick->observed.has_motion &&
-                     (tick->disturbed & (OC_REASON_INTERVENTION | OC_REASON_REVERSE)) == 0 &&
-                     truck->identified && evidence->angle.seconds > judge_after_s,
     };
+    if (oc_fault_may_judge(&tracking->fault, &judged)) {
+        judged.offset = (float)learned->offset.value;
+        judged.offset_sd = truck->offset_sd;
+        judged.sd = angle->sd;
+        judged.flank_deficit = flank_deficit(truck, angle->place);
+        judged.is_accurate = oc_angle_is_accurate(angle);
+        judged.can_judge = (tick->at_fault & ~(uint32_t)OC_HAS_STEERING_WHEEL_ANGLE) == 0 &&
+                           tick->observed.has_motion &&
+                           (tick->disturbed & (OC_REASON_INTERVENTION | OC_REASON_REVERSE)) == 0 &&
+                           truck->identified && evidence->angle.seconds > judge_after_s;
+    }
     const oc_fault before = evidence->fault.fault;
     const oc_fault now = oc_fault_update(&tracking->fault, &evidence->fault, &judged);
     if (now == OC_FAULT_REMOUNTED && before != now && before != OC_FAULT_NONE && c->params.method == OC_METHOD_JOINT) {
@@ -125,13 +120,14 @@ void oc_observe_motion(oc_tick *tick, oc_tracking *tracking, const oc_coefficien
     const oc_signals *signals = &tick->signals;
     if (tick->clock_set_back) {
         tracking->fault.running = 0;
+        tracking->angle.running = 0;
     }
     tick->after_gap = is_after_gap(&tracking->fault, signals->time);
-    if (tick->after_gap || tick->clock_set_back) {
+    if (tick->after_gap) {
         tracking->angle.running = 0;
     }
     /* the angle of a truck whose rear axle steers would need that of the rear axle, without its offset */
-    const bool moves = has_motion(&c->params, tick->measured) && c->ratio_times_rear_weight <= 0.0;
+    const bool moves = oc_signals_has(tick->measured, c->observed) && c->ratio_times_rear_weight <= 0.0;
     tick->observed = (oc_angle_tick){
         .yaw_rate = measured_or_none(moves, signals->yaw_rate - tick->yaw_rate_bias),
         .yaw_rate_bias_sd = (float)tick->yaw_rate_bias_sd,
@@ -165,8 +161,8 @@ void oc_follow_angle(oc_tick *tick, oc_tracking *tracking, oc_evidence *evidence
         has_angle && angle_fits && !oc_offset_is_combined(c) && !oc_fault_excludes_angle(&tracking->fault);
     now->assisted = (tick->disturbed & OC_REASON_STEERING_ASSIST) != 0;
     now->braked_sd = (tick->disturbed & OC_REASON_INTERVENTION) != 0 ? braked_angle_sd : 0.0f;
-    now->can_learn = has_angle && tick->at_fault == 0 && tick->disturbed == 0 && !now->accelerometer_lost &&
-                     tracking->fault.fault == OC_FAULT_NONE &&
+    now->can_learn = oc_angle_checks(&tracking->angle) && has_angle && tick->at_fault == 0 && tick->disturbed == 0 &&
+                     !now->accelerometer_lost && tracking->fault.fault == OC_FAULT_NONE &&
                      !oc_fault_suspected(&tracking->fault);
     oc_angle_update(&tracking->angle, &evidence->angle, &c->angle, &learned->truck, now, &tick->angle);
 }

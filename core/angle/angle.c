@@ -65,6 +65,7 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
     const float w = 2.0f * half_turn * pair_hz;
     const float first = 2.0f * half_turn * first_pole_hz * tick_s;
     const float damping = 2.0f * pair_damping * w;
+    const float acceleration_keep = 1.0f / (1.0f + damping * tick_s); /* implicit in the damping: stable at 20 Hz */
     const float lag = 1.0f / (2.0f * half_turn * first_pole_hz), slope = damping + w * w * lag;
     const int32_t ticks_per_check = (int32_t)(check_s / tick_s + 0.5f);
     *design = (oc_angle_design){
@@ -72,8 +73,8 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
         .ratio = *ratio,
         .wheelbase = (float)wheelbase,
         .yaw_rate_share = first / (1.0f + first),
-        .stiffness = w * w,
-        .damping = damping,
+        .acceleration_keep = acceleration_keep,
+        .acceleration_share = acceleration_keep * w * w * tick_s,
         .bank_share = tick_s / (bank_s + tick_s),
         .rate_share = tick_s / (2.0f * check_s + tick_s),
         .takeover_share = tick_s / (1.0f + tick_s),
@@ -82,8 +83,9 @@ void oc_angle_setup(oc_angle_design *design, oc_angle_method method, const oc_ra
         .activity_share = tick_s * (float)ticks_per_check / activity_s,
         .delay_s = method == OC_ANGLE_OBSERVER ? 2.0f * pair_damping / w + (1.0f + first) * tick_s / first : 0.0f,
         .tick_s = tick_s,
-        .per_damping = 1.0f / (1.0f + damping * tick_s),
         .per_tick = (float)rate_hz,
+        .slope_ticks = slope_lead_s * (float)rate_hz,
+        .steering_ratio = (float)ratio->ratio,
         .per_ratio = 1.0f / (float)ratio->ratio,
         .check_s = tick_s * (float)ticks_per_check,
         .ticks_per_check = ticks_per_check,
@@ -118,10 +120,11 @@ static void follow_swing(oc_angle_tracking *t, const oc_angle_design *d, float b
     const float kept = t->swing * d->swing_keep;
     t->swing = square > kept ? square : kept;
     t->steered = t->swing / (t->swing + swing_noises * t->noise + swing_min);
-    const float hard = t->swing / (hard_turn * hard_turn);
+    const float per_hard_turn = 1.0f / (hard_turn * hard_turn);
+    const float hard = t->swing * per_hard_turn;
+    const float ahead = d->slope_ticks * (t->yaw_acceleration - before);
     t->share = t->steered / (1.0f + hard * hard);
-    t->predicted = t->share * (t->yaw_acceleration + slope_lead_s * t->steered * t->steered *
-                                                     (t->yaw_acceleration - before) * d->per_tick);
+    t->predicted = t->share * (t->yaw_acceleration + t->steered * t->steered * ahead);
 }
 
 void oc_angle_filter(oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_tick *tick) {
@@ -130,10 +133,8 @@ void oc_angle_filter(oc_angle_tracking *t, const oc_angle_design *d, const oc_an
     }
     t->speed = tick->speed;
     t->yaw_rate_first += (limited_yaw_rate(tick->yaw_rate) - t->yaw_rate_first) * d->yaw_rate_share;
-    /* implicit in the damping: stable at 20 Hz */
     const float before = t->yaw_acceleration;
-    t->yaw_acceleration = (t->yaw_acceleration + d->stiffness * (t->yaw_rate_first - t->yaw_rate) * d->tick_s) *
-                          d->per_damping;
+    t->yaw_acceleration = d->acceleration_keep * before + d->acceleration_share * (t->yaw_rate_first - t->yaw_rate);
     t->yaw_rate = limited_yaw_rate(t->yaw_rate + t->yaw_acceleration * d->tick_s);
     follow_swing(t, d, before);
     t->bank += (tick->lateral_acceleration - t->yaw_rate * t->speed - t->bank) * d->bank_share;
@@ -188,7 +189,7 @@ static void follow_play(oc_angle_tracking *t, const oc_angle_design *d, const oc
 static float per_yaw_rate(const oc_angle_tracking *t, const oc_angle_design *d, const oc_angle_truck *truck) {
     const float v = fabsf(t->speed);
     const float by_geometry = d->wheelbase / v; /* a part of it remains beyond the critical speed of oversteer */
-    return (float)d->ratio.ratio * oc_max(by_geometry + truck->gradient * v, 0.1f * by_geometry);
+    return d->steering_ratio * oc_max(by_geometry + truck->gradient * v, 0.1f * by_geometry);
 }
 
 /* T at this speed: it includes the filter's delay times the angle per yaw rate of (10). */
@@ -208,7 +209,7 @@ static float flattening(const oc_angle_evidence *e) {
 static void learn_flattening(oc_angle_evidence *e, const oc_angle_tracking *t, const oc_angle_design *d,
                              float error) {
     if (fabsf(error) < flattened_max * fabsf(t->estimate)) {
-        const float left = flattening(e) * t->cube - error / (float)d->ratio.ratio;
+        const float left = flattening(e) * t->cube - error * d->per_ratio;
         e->flattened += left * t->cube * d->check_s;
         e->cubes += t->cube * t->cube * d->check_s;
     }
@@ -224,7 +225,8 @@ static oc_side_slip side_slip_of(const oc_angle_tracking *t, const oc_angle_tick
 }
 
 static float to_steering_wheel(const oc_angle_design *d, float front_wheel) {
-    return (float)oc_ratio_to_steering_wheel(&d->ratio, (double)front_wheel);
+    return d->ratio.terms == 0 ? d->steering_ratio * front_wheel
+                               : (float)oc_ratio_to_steering_wheel(&d->ratio, (double)front_wheel);
 }
 
 /* (23) */
@@ -278,7 +280,7 @@ static float lag_variance(const oc_angle_tracking *t, float per_rate) {
 /* rad^2, of the truck's parameters, and of errors that a comparison with the sensor cannot identify. */
 static float truck_variance(const oc_angle_tracking *t, const oc_angle_evidence *e, const oc_angle_design *d,
                              const oc_angle_truck *truck, const oc_angle_tick *tick) {
-    const float i = (float)d->ratio.ratio;
+    const float i = d->steering_ratio;
     const float a = t->yaw_rate * t->speed + t->bank - truck->unloading;
     const float loaded = load_share_sd * truck->gradient;
     const float gyro = i * d->wheelbase / t->speed * tick->yaw_rate_bias_sd;
@@ -433,10 +435,10 @@ void oc_angle_update(oc_angle_tracking *t, oc_angle_evidence *e, const oc_angle_
     const bool moves = tick->has_motion && fabsf(tick->speed) > 1.0f;
     const bool checks = oc_angle_checks(t);
     t->ticks_to_check = (oc_angle_is_due(t) ? d->ticks_per_check : t->ticks_to_check) - 1;
-    t->noise = d->acceleration_noise * (learned->yaw_rate_noise > 0.0f ? learned->yaw_rate_noise : usual_noise);
     if (moves) {
         const float wheels = follow_wheels(t, e, d, truck, tick);
         if (checks) {
+            t->noise = d->acceleration_noise * (learned->yaw_rate_noise > 0.0f ? learned->yaw_rate_noise : usual_noise);
             check(t, e, d, truck, tick, identified, wheels);
         }
         t->held_s = 0.0f;

@@ -62,15 +62,17 @@ typedef struct {
     float wheelbase;                  /* m */
     float pull;                       /* m/s^2, given part of the neutral lateral acceleration */
     float yaw_rate_share;             /* weight of a new tick, of the filter's first pole */
-    float stiffness, damping;         /* 1/s^2, 1/s, of its other two */
+    float acceleration_keep;          /* share of the yaw acceleration that is left after a tick, of its other two */
+    float acceleration_share;         /* 1/s, yaw acceleration in a tick per rad/s that these two lag behind */
     float acceleration_noise;         /* 1/s^2, variance of the yaw acceleration over the gyro's in a second's mean */
     float swing_keep;                 /* share of the swing that is left after a tick */
     float activity_share;             /* weight of a new check, of the activity */
     float bank_share, rate_share, takeover_share;
     float delay_s;                     /* s, of the yaw rate's filter */
     float tick_s;
-    float per_damping;                /* 1 over the damping's divisor in a tick */
-    float per_tick, per_ratio;        /* Hz; 1 over the ratio near the centre */
+    float per_tick;                   /* Hz */
+    float slope_ticks;                /* of the prediction by the slope of the yaw acceleration */
+    float steering_ratio, per_ratio;  /* near the centre; 1 over it */
     float check_s;                    /* between two checks against the sensor */
     int32_t ticks_per_check;
 } oc_angle_design;
@@ -82,7 +84,8 @@ typedef struct {
     float yaw_rate_first, yaw_rate, yaw_acceleration; /* rad/s, rad/s, rad/s^2: filtered */
     float speed;                      /* m/s */
     float bank;                       /* m/s^2, a_y - r*v */
-    float noise;                      /* (rad/s^2)^2, variance of the yaw acceleration by the gyro's noise */
+    float noise;                      /* (rad/s^2)^2, variance of the yaw acceleration by the gyro's noise, as of the
+                                       * last check */
     float swing;                      /* (rad/s^2)^2, recent peak of the squared yaw acceleration */
     float steered;                    /* share of the swing that is not this noise */
     float share;                      /* of the prediction that counts */

@@ -89,8 +89,8 @@ static bool moves_fast(const oc_fault_watch *w, const oc_fault_tick *tick) {
     return fabsf(tick->measured - w->last) > hand_rate_deg_s * rad_in_deg * tick->tick_s;
 }
 
-/* Detects constant values and steps too fast for a driver; true for a step. */
-static bool watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
+/* Detects steps too fast for a driver. */
+static bool watch_steps(oc_fault_watch *w, const oc_fault_tick *tick) {
     const bool returned = w->present_s < 2.0f * tick->tick_s;
     const bool steps = moves_fast(w, tick) && !returned;
     if (steps) {
@@ -98,13 +98,17 @@ static bool watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
         w->paired_s = 0.0f;
     }
     w->last = tick->measured;
+    return steps;
+}
+
+/* Detects constant values. */
+static void watch_value(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (tick->assisted || fabsf(tick->measured - w->held_value) > same_deg * rad_in_deg) {
         w->held_value = tick->measured;
         w->held_estimate = tick->estimate;
         w->held_s = w->held_fast_s = 0.0f;
     }
-    w->held_s += tick->tick_s;
-    return steps;
+    w->held_s += tick->judged_s;
 }
 
 /* Odds of a reversed sign, by both angles less their means over the last seconds. With a common noise the log of the
@@ -299,11 +303,12 @@ static void watch_sensor(oc_fault_watch *w, const oc_fault_tick *tick) {
     if (watch_presence(w, tick)) {
         return;
     }
-    const bool steps = watch_value(w, tick);
+    const bool steps = watch_steps(w, tick);
     const bool is_due = tick->judged_s > 0.0f;
     if (!is_due && !steps) { /* a step is judged at once, before the angle uses it */
         return;
     }
+    watch_value(w, tick);
     if (tick->can_judge && is_due) {
         follow_offset(w, tick);
     }

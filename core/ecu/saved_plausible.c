@@ -99,7 +99,7 @@ static const member floats[] = {
     {offsetof(oc_state, tracking.assignment.levels), OC_WATCHED * sizeof(oc_signal_level) / WORD, SQUARES, 1, 0},
     {offsetof(oc_state, tracking.assignment.witnesses[0].means), offsetof(oc_witness, steps) / WORD, SQUARES,
      OC_WITNESSES, WITNESSES},
-    {offsetof(oc_state, tracking.assignment.pairs[0].weights), offsetof(oc_signal_pair, halved) / WORD, SQUARES,
+    {offsetof(oc_state, tracking.assignment.pairs[0].firsts), offsetof(oc_signal_pair, halved) / WORD, SQUARES,
      OC_PAIRS, PAIRS},
     {offsetof(oc_state, tracking.assignment.sums),
      (offsetof(oc_assignment, ticks) - offsetof(oc_assignment, sums)) / WORD, SQUARES, 1, 0},

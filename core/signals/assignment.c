@@ -186,7 +186,7 @@ static void compare_motion(oc_assignment *a, const oc_assignment_design *d, cons
         const bool slow = v < slow_speed && (!with_acceleration || v > with_slip_speed);
         oc_signal_pair_add(&a->pairs[p], &w[first_of[p]], &w[second_of[p]], a->place, slow);
     }
-    a->place = (a->place + 1) & (OC_CHANGE_RING - 1);
+    a->place = (a->place + 1) & (OC_MEAN_RING - 1);
 }
 
 void oc_assignment_compare(oc_pair_comparison *comparison, const oc_assignment *a, int32_t p, float step_s) {

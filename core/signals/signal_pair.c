@@ -4,7 +4,7 @@
 
 #include "bounds.h"
 
-enum { CHANGES = OC_CHANGE_RING - 1, MEANS = OC_MEAN_RING - 1, PAIR_STEPS_NEEDED = 2 * OC_LAGS + 7 };
+enum { MEANS = OC_MEAN_RING - 1, PAIR_STEPS_NEEDED = 2 * OC_LAGS + 7 };
 
 /* Numerical. */
 static const float no_motion = 1e-12f; /* (m/s^2)^2, against a division by zero */
@@ -36,7 +36,7 @@ void oc_witness_add(oc_witness *witness, int32_t place, bool has, float raw, flo
     means[now] = lateral;
     const float later = 0.5f * (means[now] + means[(now - 1) & MEANS]);
     const float earlier = 0.5f * (means[(now - 5) & MEANS] + means[(now - 6) & MEANS]);
-    witness->changes[place & CHANGES] = later - earlier;
+    witness->change = later - earlier;
     witness->steps = has ? witness->steps + 1 : 0;
     if (witness->steps > 2) { /* a truck's motion is nearly linear over three steps */
         const float bent = lateral - 2.0f * means[(now - 1) & MEANS] + means[(now - 2) & MEANS];
@@ -44,7 +44,7 @@ void oc_witness_add(oc_witness *witness, int32_t place, bool has, float raw, flo
         witness->noise += typical_share * (oc_min(bent * bent / 6.0f, most * most) - witness->noise); /* 1 + 4 + 1 */
     }
     if (has) {
-        const float size = fabsf(later - earlier), largest = typical_growth * witness->typical + typical_min;
+        const float size = fabsf(witness->change), largest = typical_growth * witness->typical + typical_min;
         witness->typical += typical_share * (oc_min(size, largest) - witness->typical);
         witness->low = oc_min(witness->low, raw);
         witness->high = oc_max(witness->high, raw);
@@ -76,26 +76,31 @@ static void add_by_side(float *left, float *right, float side, float product) {
 }
 
 /* What a step counts: less where one of both moves unusually. */
-static float weight_at(const oc_witness *first, const oc_witness *second, int32_t at) {
-    const float most = oc_max(fabsf(first->changes[at]) / (first->typical + typical_min),
-                              fabsf(second->changes[at]) / (second->typical + typical_min));
+static float step_weight(const oc_witness *first, const oc_witness *second) {
+    const float most = oc_max(fabsf(first->change) / (first->typical + typical_min),
+                              fabsf(second->change) / (second->typical + typical_min));
     return most > (float)OC_OUTLIER_SDS ? (float)OC_OUTLIER_SDS / most : 1.0f;
 }
 
 /* The middle of the history is compared with all of it. */
 void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_witness *second, int32_t place,
                         bool slow) {
-    pair->weights[place & CHANGES] = weight_at(first, second, place & CHANGES);
-    if (first->steps < PAIR_STEPS_NEEDED || second->steps < PAIR_STEPS_NEEDED) {
+    const float weight = step_weight(first, second);
+    pair->firsts[place & MEANS] = weight * first->change;
+    const bool compares = first->steps >= PAIR_STEPS_NEEDED && second->steps >= PAIR_STEPS_NEEDED;
+    const int32_t middle = (place - OC_LAGS) & MEANS;
+    const float x = compares ? pair->firsts[middle] : 0.0f;
+    float later = weight * second->change;
+    for (int32_t l = OC_LAG_COUNT - 1; l >= 0; --l) {
+        const float earlier = pair->seconds[l];
+        pair->seconds[l] = later;
+        pair->products[l] += x * later;
+        later = earlier;
+    }
+    if (!compares) {
         return;
     }
-    const int32_t middle = place - OC_LAGS;
-    const float weight = pair->weights[middle & CHANGES];
-    const float x = weight * first->changes[middle & CHANGES], y = weight * second->changes[middle & CHANGES];
-    for (int32_t l = 0; l < OC_LAG_COUNT; ++l) {
-        const int32_t at = (middle + l - OC_LAGS) & CHANGES;
-        pair->products[l] += x * pair->weights[at] * second->changes[at];
-    }
+    const float y = pair->seconds[OC_LAGS];
     pair->first += x * x;
     pair->second += y * y;
     pair->steps += 1.0f;
@@ -104,8 +109,8 @@ void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_
         pair->slow_second += y * y;
         pair->slow_steps += 1.0f;
     }
-    add_by_side(&pair->left_of_first, &pair->right_of_first, first->means[middle & MEANS], x * y);
-    add_by_side(&pair->left_of_second, &pair->right_of_second, second->means[middle & MEANS], x * y);
+    add_by_side(&pair->left_of_first, &pair->right_of_first, first->means[middle], x * y);
+    add_by_side(&pair->left_of_second, &pair->right_of_second, second->means[middle], x * y);
     if (oc_min(pair->first, pair->second) > motion_max || pair->steps > steps_max) {
         halve_pair(pair);
     }

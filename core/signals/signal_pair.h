@@ -6,12 +6,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-enum { OC_LAGS = 12, OC_LAG_COUNT = 2 * OC_LAGS + 1, OC_CHANGE_RING = 32, OC_MEAN_RING = 16 };
+enum { OC_LAGS = 12, OC_LAG_COUNT = 2 * OC_LAGS + 1, OC_MEAN_RING = 16 };
 
-/* The lateral acceleration by one signal, m/s^2: means of steps, and their changes; rings with a common place. */
+/* The lateral acceleration by one signal. */
 typedef struct {
-    float means[OC_MEAN_RING];
-    float changes[OC_CHANGE_RING];
+    float means[OC_MEAN_RING]; /* m/s^2, of steps; rings with a common place */
+    float change;              /* m/s^2, of these means over 0.5 s */
     float typical;             /* m/s^2, mean size of a change */
     float noise;               /* (m/s^2)^2, variance of a change by white noise */
     float low, high;           /* of the signal itself, in its unit */
@@ -21,7 +21,8 @@ typedef struct {
 
 /* Sums over the changes, (m/s^2)^2, each by its weight; so each product has two. */
 typedef struct {
-    float weights[OC_CHANGE_RING]; /* of the changes, 0 to 1 */
+    float firsts[OC_MEAN_RING]; /* m/s^2, changes times their weights of 0 to 1; in the ring of the means */
+    float seconds[OC_LAG_COUNT]; /* the same, the newest last */
     float products[OC_LAG_COUNT]; /* with the second later by -OC_LAGS to OC_LAGS steps */
     float first, second;       /* squares */
     float slow_first, slow_second; /* squares at low speed, where understeer and banked bends hardly count */

@@ -216,12 +216,13 @@ static void end_assignment_step(oc_assignment *a, const oc_assignment_design *d)
 }
 
 void oc_assignment_update(oc_assignment *a, const oc_assignment_design *d, const oc_signals *tick, uint32_t sent) {
-    const double *signal = &tick->steering_wheel_angle; /* the watched signals, and their bits, are the first ones */
+    const float values[OC_WATCHED] = {(float)tick->steering_wheel_angle, (float)tick->yaw_rate,
+                                      (float)tick->vehicle_speed, (float)tick->lateral_acceleration};
     for (int32_t k = 0; k < OC_WATCHED; ++k) {
-        const uint32_t bit = 1u << (uint32_t)k;
+        const uint32_t bit = 1u << (uint32_t)k; /* of oc_signals.valid: the watched signals are its first */
         if ((tick->valid & bit) != 0) {
-            watch_signal(a, k, bit, (float)signal[k]);
-        } else if ((sent & bit) != 0 && fabs(signal[k]) > 1.0) { /* a number, not NaN */
+            watch_signal(a, k, bit, values[k]);
+        } else if ((sent & bit) != 0 && fabsf(values[k]) > 1.0f) { /* a number, not NaN */
             a->watches[k].impossible_s += d->tick_s;
         }
     }

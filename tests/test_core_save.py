@@ -475,6 +475,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("tracking.preprocess.angle", 201.0),
         ("tracking.preprocess.angle_next", lib.OC_DELAY_MAX),
         ("tracking.preprocess.speed_next", -1),
+        ("tracking.assignment.pairs.oldest", lib.OC_LAG_COUNT),
         ("tracking.straight.first", lib.OC_PENDING_MAX),
         ("tracking.straight.blocks.xx", -1.0),
         ("tracking.cornering.blocks.y", 201.0),

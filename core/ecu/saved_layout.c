@@ -22,7 +22,7 @@
 
 /* docs/make_layout.py writes the following from the headers. */
 /* Derived. */
-static const uint32_t layout_hash = 0xF18AAC31u;
+static const uint32_t layout_hash = 0xC3D25EA5u;
 
 static const oc_saved_run state_runs[] = {
     DOUBLES(oc_state, tracking.clock.last_time, 2), INTEGERS(oc_state, tracking.clock.rejected_in_order, 2),
@@ -34,8 +34,8 @@ static const oc_saved_run state_runs[] = {
     FLOATS(oc_state, tracking.assignment.levels[0].mean, 64),
     FLOATS_OF_EACH(oc_state, tracking.assignment.witnesses[0].means[0], 23, tracking.assignment.witnesses),
     INTEGERS_OF_EACH(oc_state, tracking.assignment.witnesses[0].steps, 1, tracking.assignment.witnesses),
-    FLOATS_OF_EACH(oc_state, tracking.assignment.pairs[0].firsts[0], 76, tracking.assignment.pairs),
-    INTEGERS_OF_EACH(oc_state, tracking.assignment.pairs[0].halved, 1, tracking.assignment.pairs),
+    FLOATS_OF_EACH(oc_state, tracking.assignment.pairs[0].firsts[0], 101, tracking.assignment.pairs),
+    INTEGERS_OF_EACH(oc_state, tracking.assignment.pairs[0].oldest, 2, tracking.assignment.pairs),
     FLOATS(oc_state, tracking.assignment.sums[0], 18), INTEGERS(oc_state, tracking.assignment.ticks, 12),
     ENUMS(oc_state, tracking.assignment.fault, 1), DOUBLES(oc_state, tracking.preprocess.lowpass.s1[0], 84),
     INTEGERS(oc_state, tracking.preprocess.angle_next, 7), DOUBLES(oc_state, tracking.straight.filling.weight, 147),

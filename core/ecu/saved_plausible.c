@@ -99,7 +99,7 @@ static const member floats[] = {
     {offsetof(oc_state, tracking.assignment.levels), OC_WATCHED * sizeof(oc_signal_level) / WORD, SQUARES, 1, 0},
     {offsetof(oc_state, tracking.assignment.witnesses[0].means), offsetof(oc_witness, steps) / WORD, SQUARES,
      OC_WITNESSES, WITNESSES},
-    {offsetof(oc_state, tracking.assignment.pairs[0].firsts), offsetof(oc_signal_pair, halved) / WORD, SQUARES,
+    {offsetof(oc_state, tracking.assignment.pairs[0].firsts), offsetof(oc_signal_pair, oldest) / WORD, SQUARES,
      OC_PAIRS, PAIRS},
     {offsetof(oc_state, tracking.assignment.sums),
      (offsetof(oc_assignment, ticks) - offsetof(oc_assignment, sums)) / WORD, SQUARES, 1, 0},
@@ -308,8 +308,17 @@ static bool is_pending(const oc_pending *pending, int32_t blocks_until_final) {
            pending->ticks >= 0;
 }
 
+static bool are_pairs(const oc_assignment *assignment) {
+    for (int32_t k = 0; k < OC_PAIRS; ++k) {
+        if (!is_below(assignment->pairs[k].oldest, OC_LAG_COUNT)) {
+            return false;
+        }
+    }
+    return true;
+}
+
 static bool is_tracking(const oc_tracking *tracking, const oc_coefficients *c) {
-    return is_below(tracking->preprocess.angle_next, OC_DELAY_MAX) &&
+    return are_pairs(&tracking->assignment) && is_below(tracking->preprocess.angle_next, OC_DELAY_MAX) &&
            is_below(tracking->preprocess.speed_next, OC_SLOPE_POINTS) &&
            is_pending(&tracking->straight, c->blocks_until_final) &&
            is_pending(&tracking->cornering, c->blocks_until_final) &&

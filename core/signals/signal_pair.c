@@ -89,18 +89,17 @@ void oc_signal_pair_add(oc_signal_pair *pair, const oc_witness *first, const oc_
     pair->firsts[place & MEANS] = weight * first->change;
     const bool compares = first->steps >= PAIR_STEPS_NEEDED && second->steps >= PAIR_STEPS_NEEDED;
     const int32_t middle = (place - OC_LAGS) & MEANS;
-    const float x = compares ? pair->firsts[middle] : 0.0f;
-    float later = weight * second->change;
-    for (int32_t l = OC_LAG_COUNT - 1; l >= 0; --l) {
-        const float earlier = pair->seconds[l];
-        pair->seconds[l] = later;
-        pair->products[l] += x * later;
-        later = earlier;
-    }
+    const float x = pair->firsts[middle];
+    pair->seconds[pair->oldest] = pair->seconds[pair->oldest + OC_LAG_COUNT] = weight * second->change;
+    pair->oldest = pair->oldest + 1 < OC_LAG_COUNT ? pair->oldest + 1 : 0;
     if (!compares) {
         return;
     }
-    const float y = pair->seconds[OC_LAGS];
+    const float *history = &pair->seconds[pair->oldest]; /* the oldest first */
+    for (int32_t l = 0; l < OC_LAG_COUNT; ++l) {
+        pair->products[l] += x * history[l];
+    }
+    const float y = history[OC_LAGS];
     pair->first += x * x;
     pair->second += y * y;
     pair->steps += 1.0f;

@@ -22,12 +22,13 @@ typedef struct {
 /* Sums over the changes, (m/s^2)^2, each by its weight; so each product has two. */
 typedef struct {
     float firsts[OC_MEAN_RING]; /* m/s^2, changes times their weights of 0 to 1; in the ring of the means */
-    float seconds[OC_LAG_COUNT]; /* the same, the newest last */
+    float seconds[2 * OC_LAG_COUNT]; /* the same, each twice, so that a history is one piece at any place of the ring */
     float products[OC_LAG_COUNT]; /* with the second later by -OC_LAGS to OC_LAGS steps */
     float first, second;       /* squares */
     float slow_first, slow_second; /* squares at low speed, where understeer and banked bends hardly count */
     float left_of_first, right_of_first, left_of_second, right_of_second; /* products without lag, by the sign of one */
     float steps, slow_steps;
+    int32_t oldest;            /* place of the oldest in the ring of OC_LAG_COUNT `seconds` */
     int32_t halved;            /* the sums held enough motion once */
 } oc_signal_pair;
 

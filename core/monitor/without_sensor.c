@@ -4,6 +4,7 @@
 
 /* Tuned, in tuned.toml: without_sensor */
 static const float flank_s_min = 8.0f; /* s: load of a flank below which the offset may include half the play */
+static const float unloaded_half_play_sd = 0.07f; /* rad: sd of half a play of up to 15 deg; 4 deg */
 static const float judge_after_s = 400.0f; /* s: comparison until the learned truck is accurate enough */
 static const float braked_angle_sd = 0.17f; /* rad: sd of the estimated angle while brakes turn the truck; 10 deg */
 static const double gap_s_min = 0.3; /* s: a gap after which the observer restarts */
@@ -19,9 +20,12 @@ void oc_learn_truck(oc_learned *l, const oc_joint *joint, const oc_coefficients 
     const oc_play *play = &joint->hypotheses[joint->best].play;
     const bool creeps_by_load = play->friction >= 0.0f;
     const double L = c->vehicle.wheelbase;
+    const float flank_s = joint->loaded_left_s < joint->loaded_right_s ? joint->loaded_left_s : joint->loaded_right_s;
+    const float sd = (float)l->offset.standard_deviation;
+    const float unloaded = flank_s < flank_s_min ? (1.0f - flank_s / flank_s_min) * unloaded_half_play_sd : 0.0f;
     const float tyre_share = c->joint.tyre_share;
     l->truck = (oc_angle_truck){
-        .offset_sd = (float)l->offset.standard_deviation,
+        .offset_sd = sqrtf(sd * sd + unloaded * unloaded),
         .gradient = tyre_share * (float)l->understeer_gradient.value,
         .gradient_sd = tyre_share * (float)l->understeer_gradient.standard_deviation,
         .wheelbase = l->equivalent_wheelbase.evidence > 0.0 ? (float)(l->equivalent_wheelbase.value / L - 1.0) : 0.0f,
@@ -90,7 +94,7 @@ static void judge_sensor(const oc_tick *tick, oc_tracking *tracking, oc_evidence
     };
     if (oc_fault_may_judge(&tracking->fault, &judged)) {
         judged.offset = (float)learned->offset.value;
-        judged.offset_sd = truck->offset_sd;
+        judged.offset_sd = truck->identified ? truck->offset_sd : unloaded_half_play_sd;
         judged.sd = angle->sd;
         judged.flank_deficit = flank_deficit(truck, angle->place);
         judged.is_accurate = oc_angle_is_accurate(angle);

@@ -177,6 +177,7 @@ TUNED = {  # by file and name
     "torque.slope_known": 0.05,
     "torque.trusted_share": 0.2,
     "without_sensor.flank_s_min": 8.0,
+    "without_sensor.unloaded_half_play_sd": 0.07,
     "without_sensor.judge_after_s": 400.0,
     "without_sensor.braked_angle_sd": 0.17,
     "without_sensor.gap_s_min": 0.3,

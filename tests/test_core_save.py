@@ -458,6 +458,7 @@ def _set(path: str, value: float) -> Callable[[Any], None]:
         ("evidence.joint.second.memory_share", 1.1),
         ("evidence.joint.hypotheses.long_blocks.factor", -1.0),
         ("evidence.joint.hypotheses.weight", -1.0),
+        ("evidence.joint.hypotheses.set_up_variance", -1e-9),
         ("evidence.joint.hypotheses.pull_variance", -1e-9),
         ("evidence.joint.hypotheses.variances.of", -1e-9),
         ("evidence.joint.hypotheses.variance", 0.0),

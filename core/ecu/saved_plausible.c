@@ -136,7 +136,7 @@ static const member floats[] = {
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].age), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].lean), 3, SUM, OC_JOINT_HYPOTHESES, HYPOTHESES}, /* and on */
-    {offsetof(oc_state, evidence.joint.hypotheses[0].pull_variance), 1 + OC_OF_COUNT, NOT_NEGATIVE,
+    {offsetof(oc_state, evidence.joint.hypotheses[0].set_up_variance), 2 + OC_OF_COUNT, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.torque.terms), OC_TORQUE_TERMS, TORQUE, 1, 0},
     {offsetof(oc_state, evidence.torque.place), 1, PLACE, 1, 0},

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from oncenter import _core
 from oncenter.findings import Finding, Kind, finding
-from oncenter.plausibility import faults, rough_ratio_times_wheelbase_m
+from oncenter.plausibility import rough_ratio_times_wheelbase_m
 from oncenter.plausibility.ratio import FAR_OFF, fit_words
 from oncenter.signals import Signals
 from oncenter.vehicle import Vehicle
@@ -45,7 +45,7 @@ def fitted_vehicle(
         return None
     start_m = _shown_m(drives, vehicle)
     if start_m is None or not _is_far(start_m, vehicle):
-        if abs(share) < _DOUBTFUL or not _fit_together(drives):
+        if abs(share) < _DOUBTFUL:
             return None
         start_m = first["equivalent_wheelbase"]["value"]
     found = _agreed(start_m, vehicle, run)
@@ -95,11 +95,6 @@ def _shown_m(drives: Sequence[Signals], vehicle: Vehicle) -> float | None:
     """Rough estimate without the core, from the first drive with enough bends."""
     shown = next(filter(None, map(rough_ratio_times_wheelbase_m, drives)), None)
     return None if shown is None else shown / vehicle.ratio_near_centre
-
-
-def _fit_together(drives: Sequence[Signals]) -> bool:
-    """Whether no signal has a wrong sign or unit, which would change the product as well."""
-    return not any(faults(drive) for drive in drives)
 
 
 @finding("wheelbase_or_ratio", "warning", "m")

@@ -4,10 +4,9 @@
 
 Rows: `country`, `town`, `motorway`, `thesis_drive`, and `pull`, thesis_drive with an alignment that pulls. Trucks are
 4x2, 6x2, 6x4 and 8x4 in turn, with a steering ratio of 15 to 26; all else is drawn from population.py. Each drive is
-answered with its vehicle file (`known`), with none (`unknown`), with traffic side and axle layout alone (`asked for`),
-and by one pass of the core with none (`one pass`), which is the answer of a live bus and of an ECU. The error is less
-that of the pull. Asked: 270 of 300 intervals hold the truth and 51 of 60 in each row, a median error of at most 1.2
-times that of `known`, 3 points fewer valid, and no valid answer wrong by more than 1.5 deg.
+answered with its vehicle file (`known`), with none (`unknown`), and with traffic side and axle layout alone (`asked
+for`). The error is less that of the pull. Asked: 270 of 300 intervals hold the truth and 51 of 60 in each row, a median
+error of at most 1.2 times that of `known`, 3 points fewer valid, and no valid answer wrong by more than 1.5 deg.
 """
 
 from __future__ import annotations
@@ -27,9 +26,8 @@ from accuracy_rows import ROWS, Drive, Row, drive
 from population import Uniform
 
 import oncenter as oc
-from oncenter import _core
 from oncenter.signals import DEGREE
-from oncenter.vehicle import Vehicle, core_of, vehicle_from
+from oncenter.vehicle import Vehicle, vehicle_from
 
 RATIO = Uniform(15.0, 26.0)
 ROW_OF = {"4x2": "ordinary", "6x2": "rigid_6x2", "6x4": "rigid_6x4", "8x4": "rigid_8x4"}
@@ -62,23 +60,11 @@ def records(name: str, seed: int, folder: Path) -> list[dict[str, object]]:
         assert value is not None and interval is not None and of_drive is not None
         scored = _scored(driven, value, interval, answer.offset_per_acceleration, of_drive)
         found.append({**scored, "way": way, "status": answer.offset.status, "m": answer.ratio_times_wheelbase.value})
-    native = _one_pass(driven, Vehicle())
-    offset, parts = native["offset"], native["offset_parts"]
-    scored = _scored(driven, offset["value"], _core.ci95(offset), parts["per_acceleration"], 1.96 * parts["drive_sd"])
-    product_m = native["equivalent_wheelbase"]["value"] * Vehicle().ratio_near_centre
-    found.append({**scored, "way": "one pass", "status": _core.status_of(offset), "m": product_m})
     true_m = known.ratio_times_wheelbase_m
     return [
         {"row": name, "seed": seed, **each, "product_off": math.nan if each["m"] is None else each["m"] / true_m - 1.0}
         for each in found
     ]
-
-
-def _one_pass(driven: Drive, vehicle: Vehicle) -> _core.OcAnswer:
-    signals = driven.signals
-    core = core_of(vehicle, signals.rate_hz)
-    core.run({name: signals.columns[name] for name in _core.COLUMNS if name in signals.columns})
-    return core.answer()
 
 
 def _scored(
@@ -131,7 +117,7 @@ def lines(table: pl.DataFrame) -> Iterator[str]:
             ]
             yield f"| {row} | {way} | {len(part)} | {' | '.join(cells)} |"
     yield ""
-    for way in ("unknown", "asked for", "one pass"):
+    for way in ("unknown", "asked for"):
         missed = list(_missed(table, way))
         yield f"{way}: {'as asked' if not missed else 'misses: ' + '; '.join(missed)}"
 

@@ -47,7 +47,7 @@ from oncenter.offset.signal_fault import without_estimates
 from oncenter.offset.signals_at_fault import without_faulty_estimates
 from oncenter.offset.stated import without_contradicted, without_inverted_assistance
 from oncenter.offset.traffic_side import with_traffic_side
-from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout, with_fitted_product
+from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
 from oncenter.plausibility.check_result import NO_OFFSET
 from oncenter.plausibility.grid_signals import GridSignals
@@ -64,7 +64,6 @@ from oncenter.vehicle import JOINT_DOES, UNKNOWN_TRUCK, Vehicle, core_of, core_p
 if TYPE_CHECKING:
     from oncenter.offset.several_logs import Together
 
-_PASSES_MAX = 4  # over the logs of an unknown truck; one more is nearly always enough
 _GRADIENT_MIN, _GRADIENT_MAX = 0.1 * DEGREE, 1.0 * DEGREE  # rad/(m/s^2): wrong signs and scales are outside
 _UNEXPLAINED_MAX = 1.5 * DEGREE  # rad, of a second: several times that of a healthy drive
 _MAY_BE_ANOTHER_SIGNAL = ("drifting", "wrong_sign")  # a yaw rate of wrong sign or unit looks like these faults
@@ -197,12 +196,7 @@ def _by_fitting_vehicle(
 def _of_unknown(
     result: _Result, logs: tuple[Signals, ...], vehicle: Vehicle, params: Mapping[str, float], past: Past
 ) -> Answer:
-    """The answer of further passes with the ratio times wheelbase that the drives show."""
-    for _ in range(_PASSES_MAX - 1):
-        fitted = with_fitted_product(result.native, vehicle, params)
-        if fitted is None:
-            break
-        vehicle, result = fitted, _result(logs, fitted, params, "joint", past, None)
+    """The answer with the uncertainty by an axle layout that is not given."""
     if not lacks_axles(vehicle, params):
         return _whole(result, vehicle, "joint", params)
     of_one_axle = _result(logs, vehicle, {**params, SIDE_FORCE: 0.0}, "joint", past, None)

@@ -1,7 +1,6 @@
 """A truck of which the wheelbase or the steering ratio is not given: the drive identifies their product.
 
-The core starts from an assumed product with a wide prior. Its gyro bias correction and its weights use the product of
-the vehicle, so logs are answered again with the fitted one.
+The core starts from an assumed product with a wide prior.
 """
 
 from __future__ import annotations
@@ -10,34 +9,15 @@ from collections.abc import Mapping
 
 from oncenter import _core
 from oncenter.findings import Finding, Kind, demand, finding
-from oncenter.tuned import PRIORS, TUNED
+from oncenter.tuned import PRIORS
 from oncenter.vehicle import ANY_SIDE_FORCE_M2_S2, Vehicle
 
-_IDENTIFIED = 0.25  # sd of the product, as a share: worth another pass
-_AGREES = 0.04  # between the product of a pass and the one that it finds, as a share
 _VALID = 0.5 * PRIORS["WHEELBASE"][1]  # sd of an identified product, as a share: as core/monitor/joint_verdict.c
 _LAYOUT_SD = 0.85  # sd of the lateral forces of the four layouts, 7 (m/s)^2, over the one that is assumed
 SIDE_FORCE = "tandem_side_force_m2_s2"
 _BENDS_S = 60.0
 _SPOKEN = {"wheelbase_m": "the wheelbase", "steering_ratio": "the steering ratio"}
 _WORTH = ("traffic_side", "axle_layout", "wheelbase_m", "steering_ratio")  # the most useful one first
-
-
-def with_fitted_product(native: _core.OcAnswer, vehicle: Vehicle, params: Mapping[str, float]) -> Vehicle | None:
-    """The vehicle of the next pass; None where the last one is good enough, or its product is that of no truck.
-
-    Args:
-        native: the core's oc_answer with `vehicle`.
-        vehicle: of the last pass, with an assumed wheelbase or ratio.
-        params: in force; a product that a memory has is not fitted.
-    """
-    if params["known_wheelbase_share_sd_1"] < TUNED["setup.unknown_sd_min"]:
-        return None
-    product_m, sd_m = product_of(native, vehicle)
-    differs = abs(product_m / vehicle.ratio_times_wheelbase_m - 1.0) >= _AGREES
-    if not differs or not sd_m < _IDENTIFIED * product_m or not _is_usual(product_m, vehicle):
-        return None
-    return vehicle.with_product(product_m)
 
 
 def sd_by_layout(native: _core.OcAnswer, of_one_axle: _core.OcAnswer) -> float:

@@ -106,12 +106,13 @@ static const member floats[] = {
     {offsetof(oc_state, tracking.joint.prior.unloading_mean), 1, ACCELERATION, 1, 0},
     {offsetof(oc_state, tracking.joint.prior.crown), 3, ESTIMATE, 1, 0}, /* to removed */
     {offsetof(oc_state, tracking.joint.prior.removed_information), 2, NOT_NEGATIVE, 1, 0}, /* and bank_sd */
-    {offsetof(oc_state, tracking.angle.yaw_rate_first), 2, YAW_RATE, 1, 0}, /* and yaw_rate */
+    {offsetof(oc_state, tracking.angle.yaw_rate_first), 3, YAW_RATE, 1, 0}, /* to yaw_acceleration */
     {offsetof(oc_state, tracking.angle.speed), 1, SPEED, 1, 0},
     {offsetof(oc_state, tracking.angle.bank), 1, ESTIMATE, 1, 0},
     {offsetof(oc_state, tracking.angle.noise), 2, NOT_NEGATIVE, 1, 0}, /* and swing */
     {offsetof(oc_state, tracking.angle.steered), 2, SHARE, 1, 0}, /* and share */
-    {offsetof(oc_state, tracking.angle.activity), 1, NOT_NEGATIVE, 1, 0},
+    {offsetof(oc_state, tracking.angle.activity), 1, ANGLE, 1, 0},
+    {offsetof(oc_state, tracking.angle.step), 1, ANGLE, 1, 0},
     {offsetof(oc_state, tracking.angle.place_variance), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.past.bias), 1, YAW_RATE, 1, 0},
     {offsetof(oc_state, evidence.gyro_bias.past.covariance), OC_GYRO_BIAS_STATES, PLACE, 1, 0},
@@ -124,8 +125,11 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.second.second_s), 1, SECOND, 1, 0},
     {offsetof(oc_state, evidence.joint.second.reference), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.joint.second.memory_share), 1, SHARE, 1, 0},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].play.half_width), 1, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.unloading), 1, ACCELERATION, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].play.creep), 1, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.windup), 1, PLACE, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].play.unwinding), 1, ANGLE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].play.wind), OC_WINDS, ACCELERATION,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].target_mean), 1, ESTIMATE, OC_JOINT_HYPOTHESES, HYPOTHESES},
@@ -134,6 +138,9 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.joint.hypotheses[0].blocks.factor), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].long_blocks.factor), 1, NOT_NEGATIVE,
      OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].sums), OC_TERMS, SUM, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].means), OC_TERMS, SUM, OC_JOINT_HYPOTHESES, HYPOTHESES},
+    {offsetof(oc_state, evidence.joint.hypotheses[0].gradient), 3, ESTIMATE, OC_JOINT_HYPOTHESES, HYPOTHESES}, /* and on */
     {offsetof(oc_state, evidence.joint.hypotheses[0].age), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].lean), 3, SUM, OC_JOINT_HYPOTHESES, HYPOTHESES}, /* and on */
     {offsetof(oc_state, evidence.joint.hypotheses[0].set_up_variance), 2 + OC_OF_COUNT, NOT_NEGATIVE,
@@ -145,7 +152,7 @@ static const member floats[] = {
     {offsetof(oc_state, evidence.torque.slow_s), 1, NOT_NEGATIVE, 1, 0},
     {offsetof(oc_state, evidence.torque.filling.torque), 1, FORCES, 1, 0},
     {offsetof(oc_state, evidence.torque.filling.acceleration), 2, SUM, 1, 0}, /* and place */
-    {offsetof(oc_state, learned.truck.unloading), 1, ESTIMATE, 1, 0},
+    {offsetof(oc_state, learned.truck.offset_sd), 7, ESTIMATE, 1, 0}, /* to unloading_sd */
     {offsetof(oc_state, evidence.angle.error_scale), 2, NOT_NEGATIVE, 1, 0}, /* and seconds */
 };
 

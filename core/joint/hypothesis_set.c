@@ -27,7 +27,9 @@ static float given_half_width(int32_t k, const oc_known_truck *known) {
     return oc_max(0.5f * (known->play + (float)(k - 1) / known->play_accuracy), 0.25f * one_degree);
 }
 
-/* docs/method.md, "Hypothesis set": three widths, each rubbing (friction < 0) or creeping at three a_0. */
+/* docs/method.md, "Hypothesis set": three widths, each rubbing (friction < 0) or creeping at three a_0. Of 456 tuning
+ * drives (bench/flanks.py, all rows) 286 answers are valid with an interval that holds; without the rubbing ones 280,
+ * and 10 intervals fewer hold; without a_0 of 0 275, without the others 265, without the largest width 274. */
 oc_play oc_joint_start_of(int32_t k, const oc_known_truck *known) {
     static const float widths[3] = {2.0f, 6.0f, 12.0f};     /* deg */
     static const float unloadings[3] = {-0.2f, 0.0f, 0.2f}; /* m/s^2 */
@@ -134,7 +136,8 @@ static bool has_counterpart(const oc_joint *joint) {
     return false;
 }
 
-/* Starts a copy of the best hypothesis with the opposite assumption about the accelerometer's zero. */
+/* Starts a copy of the best hypothesis with the opposite assumption about the accelerometer's zero. Without it 267 of
+ * the 286 are right. */
 static void start_counterpart(oc_joint *joint) {
     if (joint->count == OC_JOINT_HYPOTHESES || has_counterpart(joint)) {
         return;
@@ -147,7 +150,8 @@ static void start_counterpart(oc_joint *joint) {
 }
 
 /* Whether the offset walks is decided after an alarm, or where the errors of a long block have one sign. A
- * hypothesis that says so costs time, so that a drive without such a sign has none. */
+ * hypothesis that says so costs time, so that a drive without such a sign has none. Without it 15 of 32 intervals of
+ * sensors that slip hold, 28 with it, and none is named, 18 with it (bench/drives_that_differ.py). */
 static void start_walker(oc_joint *joint) {
     const oc_hypothesis *best = &joint->hypotheses[joint->best];
     const bool errs = best->long_blocks.factor > walk_factor && !best->wanders;
@@ -197,8 +201,9 @@ void oc_joint_open_play(oc_joint *joint, const oc_known_truck *known) {
     }
 }
 
-/* Starts a new hypothesis at intervals, later half as often, since all early ones may have converged to a wrong play.
- * Removes one redundant hypothesis each time, later two. */
+/* Starts a new hypothesis at intervals, later half as often, since all early ones may have converged to a wrong play:
+ * without it 12 of 40 drives of `self_correction`, 8 of `wrong_side`, 7 of `lift_axle` and of `active_return` lose a
+ * right answer (bench/flanks.py). Removes one redundant hypothesis each time, later two. */
 static void replace_redundant(oc_joint *joint, const oc_known_truck *known) {
     const bool later = joint->second.used_s > single_until_s;
     const bool begins = joint->second.used_s < 2.0f * single_until_s || joint->second.long_blocks % 2 == 0;

@@ -140,7 +140,7 @@ static const member floats[] = {
      OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].sums), OC_TERMS, SUM, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].means), OC_TERMS, SUM, OC_JOINT_HYPOTHESES, HYPOTHESES},
-    {offsetof(oc_state, evidence.joint.hypotheses[0].gradient), 3, ESTIMATE, OC_JOINT_HYPOTHESES, HYPOTHESES}, /* and on */
+    {offsetof(oc_state, evidence.joint.hypotheses[0].gradient), 3, ESTIMATE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].age), 1, NOT_NEGATIVE, OC_JOINT_HYPOTHESES, HYPOTHESES},
     {offsetof(oc_state, evidence.joint.hypotheses[0].lean), 3, SUM, OC_JOINT_HYPOTHESES, HYPOTHESES}, /* and on */
     {offsetof(oc_state, evidence.joint.hypotheses[0].set_up_variance), 2 + OC_OF_COUNT, NOT_NEGATIVE,

@@ -29,7 +29,7 @@ uint32_t oc_signals_true(const oc_signals *tick) {
 uint32_t oc_signals_measured(const oc_signals *tick) {
     const double *signal = &tick->steering_wheel_angle;
     uint32_t measured = tick->valid;
-    for (uint32_t k = 0, left = measured & ((1u << OC_SIGNAL_COUNT) - 1u); left != 0; ++k, left >>= 1) {
+    for (uint32_t k = 0; k < OC_SIGNAL_COUNT && tick->valid >> k != 0; ++k) {
         if (!(fabs(signal[k]) < (double)signal_limits[k])) {
             measured &= ~(1u << k);
         }

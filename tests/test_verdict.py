@@ -161,6 +161,27 @@ def test_a_correction_that_is_applied_already_is_not_added_twice(answer: Answer)
     assert found.action == "Add -3.0 deg to the +1.5 deg that is applied already: set -1.5 deg."
 
 
+COLUMNS = [
+    f"{words}{end}"
+    for words in ("yaw rate", "steering wheel angle", "vehicle speed", "wheel speed", "the yaw rate sensor")
+    for end in (" ay", ": ay", "_ay", ". Then ay")
+]
+
+
+@pytest.mark.parametrize("column", COLUMNS)
+def test_the_name_of_a_column_accuses_no_other_signal(drive: Signals, column: str) -> None:
+    """The accelerometer's own column has the name of another signal: only the accelerometer is accused."""
+    reversed_sign = drive.table.with_columns(-pl.col("lateral_acceleration_m_s2"))
+    named = replace(drive.sources["lateral_acceleration"], description=f"column {column}")
+    found = oncenter.offset(
+        replace(drive, table=reversed_sign, sources={**drive.sources, "lateral_acceleration": named}), TRUCK
+    )
+    states = {verdict.about: verdict.state for verdict in verdicts_of(found)}
+    assert column in about(found, "accelerometer").said
+    accused = {part for part, state in states.items() if state == "check_signal"}
+    assert accused == {"straight-ahead offset", "accelerometer"}
+
+
 @pytest.mark.parametrize(
     ("applied_deg", "own", "left_positive"),
     [
@@ -282,14 +303,16 @@ def test_data_that_a_file_can_give_as_well_as_a_sensor_needs_a_check_of_both_and
         assert found.state == "signal_or_sensor"
         assert found.headline.startswith("Signal or sensor: ") and found.action.startswith("Check both: first its ")
         assert "epair" not in found.words() and "replace" not in found.words()
-    stuck = Finding("signal_stuck", "error", "the steering wheel angle stays at one value")
+    stuck = Finding(
+        "signal_stuck", "error", "the steering wheel angle stays at one value", signals=("steering_wheel_angle",)
+    )
     with_error = about_offset(replace(broken, findings=(stuck,)))
     assert with_error.state == "signal_or_sensor"
 
 
 def test_an_error_in_a_signal_outranks_a_fault_of_the_sensor(answer: Answer) -> None:
     jumped = replace(with_offset(answer, 3.0, status="invalid"), sensor_fault="jumped")
-    error = Finding("scale", "error", "the yaw rate is 57 times too large: check its unit")
+    error = Finding("scale", "error", "the yaw rate is 57 times too large: check its unit", signals=("yaw_rate",))
     found = replace(jumped, findings=(error,))
     assert about_offset(found).state == "check_signal" and about(found, "yaw rate sensor").state == "check_signal"
     assert about(found, "steering wheel angle sensor").state == "not_measured"
@@ -298,9 +321,10 @@ def test_an_error_in_a_signal_outranks_a_fault_of_the_sensor(answer: Answer) -> 
 def test_a_reversed_angle_is_no_sensor_fault_where_the_signals_contradict_each_other(answer: Answer) -> None:
     """The sensor check trusts the yaw rate; the mistake may be there, or in an entry of the vehicle file."""
     text = "the sign of either the yaw rate or the steering wheel angle is reversed: left turns must be positive"
+    both = ("yaw_rate", "steering_wheel_angle")
     broken = replace(with_offset(answer, 3.0, status="invalid"), sensor_fault="wrong_sign")
     sources = {"steering_wheel_angle": "angle", "yaw_rate": "gyro"}
-    found = about_offset(replace(broken, sources=sources, findings=(Finding("sign_reversed", "error", text),)))
+    found = about_offset(replace(broken, sources=sources, findings=(Finding("sign_reversed", "error", text, signals=both),)))
     assert (found.state, found.headline) == (
         "check_signal",
         "Check the signal: steering wheel angle (angle) and yaw rate (gyro).",
@@ -452,7 +476,7 @@ def test_a_signal_that_is_missing_matters_until_enough_was_driven(answer: Answer
 
 
 def test_an_accelerometer_is_accused_with_its_signal_and_not_judged_where_it_is_not_used(answer: Answer) -> None:
-    reversed_sign = Finding("sign_reversed", "error", "the lateral acceleration has its sign reversed: ...")
+    reversed_sign = Finding("sign_reversed", "error", "...", signals=("lateral_acceleration",))
     assert about(replace(answer, findings=(reversed_sign,)), "accelerometer").state == "check_signal"
     without = replace(answer, params={**answer.params, "use_accelerometer": 0.0})
     assert about(without, "accelerometer").headline == "Not measured: not used by this answer."

@@ -27,13 +27,15 @@ _DEMAND_STEP_S = 60.0  # a driver cannot plan seconds
 
 @dataclass(frozen=True)
 class Finding:
-    """`severity` is info, warning or error; `value` is in `unit`, as files give it."""
+    """`severity` is info, warning or error; `value` is in `unit`, as files give it; `signals` are those of the log that
+    it concerns, by oncenter's names. Nothing is found in the text, which has the user's own names."""
 
     code: str
     severity: str
     text: str
     value: float | None = None
     unit: str | None = None
+    signals: tuple[str, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         return {
@@ -93,11 +95,17 @@ class Kind(NamedTuple):
     unit: str | None
 
     def __call__(
-        self, text: str, value: float | None = None, *, severity: str | None = None, unit: str | None = None
+        self,
+        text: str,
+        value: float | None = None,
+        *,
+        severity: str | None = None,
+        unit: str | None = None,
+        signals: tuple[str, ...] = (),
     ) -> Finding:
         """A finding of this kind; `severity` and `unit` where they are not the usual ones. The text may name files."""
         unit = None if value is None else unit or self.unit
-        return Finding(self.code, severity or self.severity, printable(text), value, unit)
+        return Finding(self.code, severity or self.severity, printable(text), value, unit, signals)
 
 
 def finding(

@@ -287,23 +287,13 @@ def _findings(drive: Signals | None, truck: Vehicle, table: Entries, said: Mappi
         remedy = ENGLISH.get(f"remedy_{finding.code}")
         if finding.code == "missing_signal" or (finding.severity != "error" and remedy is None):
             continue  # said at the row, or of the truck and the drive: the report has it
-        rows = [signal for signal in _accused(finding.text) if signal in table]
+        rows = [signal for signal in PROPOSED if signal in finding.signals and signal in table]
         for signal in rows:
             state = "bad" if finding.severity == "error" else "open"
             said[signal].append(Said(state, _with_remedy(finding, remedy, table[signal])))
         if not rows:
             rest.append(f"{capitalised(finding.text)}.")
     return rest
-
-
-def _accused(text: str) -> list[str]:
-    """The signals before the colon of a finding; those after it are witnesses, unless there is no other."""
-    words = {signal: "wheel speed" if signal in _WHEELS else signal.replace("_", " ") for signal in PROPOSED}
-    for part in text.partition(":")[::2]:
-        named = [signal for signal, name in words.items() if name in part]
-        if named:
-            return named
-    return []
 
 
 def _with_remedy(finding: Finding, remedy: str | None, entry: Mapping[str, object]) -> str:

@@ -221,7 +221,8 @@ def _finding(found: Kind, mismatches: list[_Mismatch]) -> Finding:
     value = sum(each.value for each in mismatches) / len(mismatches)
     axles = " and ".join(each.axle for each in mismatches)
     text, number, unit = _WORDS[mismatches[0].kind](axles, value)
-    return found(text.format(_NOT_USED), number, unit=unit)
+    signals = tuple(f"wheel_speed_{each.axle}_{side}" for each in mismatches for side in ("left", "right"))
+    return found(text.format(_NOT_USED), number, unit=unit, signals=signals)
 
 
 def _unit(axles: str, value: float) -> tuple[str, float, str]:

@@ -23,7 +23,7 @@ def yaw_rate(found: Kind, drive: GridSignals) -> CheckResult:
     if found_s is None:
         return CannotTell(subject, lacks(drive, NEEDED, _why(drive, drive.angle, drive.curvature)))
     beyond = _beyond(subject, found_s, _ANGLE_TO_YAW_S)
-    return beyond and found(*beyond)
+    return beyond and found(*beyond, signals=("yaw_rate",))
 
 
 @finding("lag_lateral_acceleration", "warning", "ms")
@@ -36,7 +36,7 @@ def lateral_acceleration(found: Kind, drive: GridSignals) -> CheckResult:
         return CannotTell(subject, lacks(drive, ("lateral_acceleration", "yaw_rate", "vehicle_speed"), why))
     earliest_s, latest_s = _YAW_TO_ACCELERATION_S
     beyond = _beyond(subject, found_s, (earliest_s - _led_s(drive), latest_s))
-    return beyond and found(*beyond)
+    return beyond and found(*beyond, signals=("yaw_rate", "lateral_acceleration"))
 
 
 def _why(drive: GridSignals, early: Column, late: Column) -> str:

@@ -83,12 +83,13 @@ def _not_available(found: Kind, name: str, percent: float) -> Finding:
         f"the {words(name)} has no value for {percent:.0f} % of the time. The offset does not use this "
         "time. Check its sender and the logger",
         percent,
+        signals=(name,),
     )
 
 
 @finding("signal_slow", "warning", "Hz")
 def _slow(found: Kind, name: str, rate_hz: float, how: str) -> Finding:
-    return found(f"the {words(name)} {how}. The offset is less certain. Record it faster", rate_hz)
+    return found(f"the {words(name)} {how}. The offset is less certain. Record it faster", rate_hz, signals=(name,))
 
 
 def held_rate_hz(signals: Signals, name: str) -> float | None:
@@ -137,6 +138,7 @@ def _speed_zero(found: Kind, whole_s: float) -> Finding:
         "the vehicle speed is zero in the whole log: this is wrong, because the yaw rate shows bends. No offset is "
         f"estimated. Check its name and source in {SIGNALS_TABLE}",
         whole_s,
+        signals=("vehicle_speed",),
     )
 
 
@@ -153,6 +155,7 @@ def _stuck(found: Kind, drive: GridSignals, name: str, runs: list[slice]) -> Fin
         f"the {words(name)} stays at one value for {same_s:.0f} s while the truck rolls. It seems stuck: the offset "
         "of this drive is not reliable. Check the sensor and the recording, and record again",
         same_s,
+        signals=(name,),
     )
 
 

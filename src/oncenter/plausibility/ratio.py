@@ -54,7 +54,11 @@ def ratio_times_wheelbase(found: Kind, drive: GridSignals, comparable: bool) -> 
         )
     if abs(value / expected - 1) <= _OFF or low <= expected <= high:
         return None
-    return found(fit_words(value / expected - 1.0, drive.vehicle.wheelbase_m, drive.vehicle.ratio_near_centre), value)
+    return found(
+        fit_words(value / expected - 1.0, drive.vehicle.wheelbase_m, drive.vehicle.ratio_near_centre),
+        value,
+        signals=("steering_wheel_angle",),
+    )
 
 
 def rough_m(drive: GridSignals) -> float | None:

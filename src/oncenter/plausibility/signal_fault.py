@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -91,7 +92,7 @@ def found_in(signals: Signals, vehicle: Vehicle | None) -> Finding | None:
 
 def finding_of(fault: SignalFault) -> Finding:
     found: Finding = _FINDINGS[fault.kind](fault)
-    return found
+    return replace(found, signals=fault.signals)
 
 
 @finding("signal_filled", "error")

@@ -21,6 +21,16 @@ from oncenter.plausibility.grid_signals import (
 )
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
+_REAR_WHEELS = ("wheel_speed_rear_left", "wheel_speed_rear_right")
+_SIGNALS_OF = {  # by their words in these findings
+    "steering wheel angle": ("steering_wheel_angle",),
+    "yaw rate": ("yaw_rate",),
+    "vehicle speed": ("vehicle_speed",),
+    "lateral acceleration": ("lateral_acceleration",),
+    "wheel speeds": _REAR_WHEELS,
+    "difference of the rear wheel speeds": _REAR_WHEELS,
+}
+
 
 @finding("sign_reversed", "error")
 def sign(found: Kind, drive: GridSignals) -> CheckResult:
@@ -46,7 +56,8 @@ def sign(found: Kind, drive: GridSignals) -> CheckResult:
         text = f"the sign of the {_and(minority)} is reversed: left turns are positive in the {_and(majority)}"
     if suspects == ["steering wheel angle"] and _is_one_sided(drive.angle):
         text += ". Or it is a magnitude without sign, and its sign is another signal: then name that as sign_by"
-    return found(f"{text}. {NO_OFFSET}. {_sign_remedy(suspects, drive)}")
+    signals = tuple(signal for name in suspects for signal in _SIGNALS_OF[name])
+    return found(f"{text}. {NO_OFFSET}. {_sign_remedy(suspects, drive)}", signals=signals)
 
 
 def _is_one_sided(values: Column) -> bool:
@@ -145,10 +156,12 @@ def units(found: Kind, drive: GridSignals) -> CheckResult:
         text += f". Check the units in {SIGNALS_TABLE}"
         if "angle" in off and drive.vehicle is not None:
             text += ", and its steering ratio and wheelbase"
-        return found(text, severity=severity)
+        of_relations = dict.fromkeys(signal for name in off for signal in _SIGNALS_IN[name])
+        return found(text, severity=severity, signals=tuple(of_relations))
     return found(
         "a unit is wrong: " + ", or ".join(map(str, slips)) + f". {NO_OFFSET}. Correct the unit in {SIGNALS_TABLE}",
         slips[0].factor,
+        signals=tuple(signal for slip in slips for signal in _SIGNALS_OF[slip.signal]),
     )
 
 
@@ -157,6 +170,12 @@ _RELATION = {
     "acceleration": "lateral acceleration divided by yaw rate times speed",
     "turning wheels": "difference of the rear wheel speeds divided by yaw rate, in m,",
     "wheels": "wheel speed divided by vehicle speed",
+}
+_SIGNALS_IN = {
+    "angle": ("steering_wheel_angle",),
+    "acceleration": ("yaw_rate", "vehicle_speed", "lateral_acceleration"),
+    "turning wheels": ("yaw_rate", *_REAR_WHEELS),
+    "wheels": ("vehicle_speed", *_REAR_WHEELS),
 }
 
 
@@ -235,12 +254,14 @@ def wheels(found: Kind, drive: GridSignals, scale: CheckResult) -> CheckResult:
             f"the wheels turn while the vehicle speed reads nearly zero. {NO_OFFSET}. Check the vehicle speed in "
             f"{SIGNALS_TABLE}",
             severity="error",
+            signals=("vehicle_speed",),
         )
     order = "faster" if faster > 0 else "slower"
     return found(
         f"the wheel speeds are {abs(faster):.0f} % {order} than the vehicle speed. The interval of the offset does not "
         "include this error. Check the tyre size and the calibration of the vehicle speed",
         faster,
+        signals=("vehicle_speed", *drive.wheel_pair()),
     )
 
 
@@ -252,6 +273,7 @@ def _wheel_speed_ratio(drive: GridSignals) -> float | None:
     return float(np.median(drive.wheel_speed[both]) / max(float(np.median(drive.speed[both])), 1e-3))
 
 
+_TORQUE = ("steering_wheel_torque",)
 _TORQUE_EFFECT = "The offset uses this signal only with --no-accelerometer, and is not reliable then"
 _TORQUE_MEANS_S = 2.0  # friction and gaps of the steering average out
 _TORQUE_CORRELATION = 0.3  # of such means, in both halves of the drive
@@ -287,7 +309,8 @@ def torque(drive: GridSignals, comparable: bool) -> list[CheckResult]:
 def _torque_reversed(found: Kind, drive: GridSignals) -> Finding:
     return found(
         "the sign of the steering wheel torque is reversed: it must be positive where the driver steers left. "
-        f"{_TORQUE_EFFECT}. {_sign_remedy(['steering wheel torque'], drive)}"
+        f"{_TORQUE_EFFECT}. {_sign_remedy(['steering wheel torque'], drive)}",
+        signals=_TORQUE,
     )
 
 
@@ -298,6 +321,7 @@ def _torque_scale(found: Kind, slope: float, usual: float) -> Finding:
         f"{_TORQUE_EFFECT}. Check its unit, or set torque_slope_n_m_m_s2 = {slope:.3g} in the [params] table of the "
         "vehicle file",
         slope,
+        signals=_TORQUE,
     )
 
 

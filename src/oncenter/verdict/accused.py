@@ -19,15 +19,15 @@ _BY_SIGNALS = (  # codes of such errors
     "vehicle_speed_zero",
     "wheel_speed",
 )
-_WHEELS = "wheel speed"
+_WHEELS = "wheel speed"  # any of an axle's
 _SIGNALS = ("steering wheel angle", "yaw rate", "vehicle speed", "lateral acceleration", _WHEELS)
 _STUCK = "signal_stuck"  # which a sensor can do as well
 
 
 def accused_by(fault: Finding) -> list[str]:
-    """Names of the signals that an error accuses, in words; the witnesses that it names after its colon are not."""
-    first, _, rest = fault.text.partition(":")
-    return [name for name in _SIGNALS if name in first] or [name for name in _SIGNALS if name in rest]
+    """Names of the signals that an error accuses, in words, in a fixed order."""
+    names = {_WHEELS if name.startswith("wheel_speed") else name.replace("_", " ") for name in fault.signals}
+    return [name for name in _SIGNALS if name in names]
 
 
 def finding_of(answer: Estimates, code: str, severity: str | None = None) -> Finding | None:

@@ -148,3 +148,12 @@ def test_signals_says_what_offset_says_of_a_signal(
     judged = check(wrong, truck if with_vehicle else None).findings
     assert code in {finding.code for finding in judged if finding.severity == "error"}
     assert oc.offset(wrong, truck).findings[0].code == code
+
+
+def test_one_log_of_two_with_a_wrong_signal_is_left_out_by_name(drive: Signals, truck: oc.Vehicle) -> None:
+    later = replace(drive, log="later.csv", table=drive.table.with_columns(pl.col("time_s") + 50_000.0))
+    answer = oc.offset([drive, spoiled(later, YAW_RATE, lambda r: -r)], truck)
+    (found,) = [each for each in answer.findings if each.code == "sign_reversed"]
+    assert found.severity == "warning" and found.text.startswith("later.csv: the sign of the yaw rate")
+    assert ". The offset is estimated without this log. " in found.text and "cannot be estimated" not in found.text
+    assert answer.offset.value == pytest.approx(oc.offset(drive, truck).offset.value)

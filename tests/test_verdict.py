@@ -324,7 +324,9 @@ def test_a_reversed_angle_is_no_sensor_fault_where_the_signals_contradict_each_o
     both = ("yaw_rate", "steering_wheel_angle")
     broken = replace(with_offset(answer, 3.0, status="invalid"), sensor_fault="wrong_sign")
     sources = {"steering_wheel_angle": "angle", "yaw_rate": "gyro"}
-    found = about_offset(replace(broken, sources=sources, findings=(Finding("sign_reversed", "error", text, signals=both),)))
+    found = about_offset(
+        replace(broken, sources=sources, findings=(Finding("sign_reversed", "error", text, signals=both),))
+    )
     assert (found.state, found.headline) == (
         "check_signal",
         "Check the signal: steering wheel angle (angle) and yaw rate (gyro).",

@@ -49,7 +49,6 @@ from oncenter.offset.stated import without_contradicted, without_inverted_assist
 from oncenter.offset.traffic_side import with_traffic_side
 from oncenter.offset.unknown_truck import SIDE_FORCE, lacks_axles, sd_by_layout
 from oncenter.offset.vehicle_file import far_off, fitted_vehicle, size_of_angle
-from oncenter.plausibility.check_result import NO_OFFSET
 from oncenter.plausibility.grid_signals import GridSignals
 from oncenter.plausibility.recording import recording_findings
 from oncenter.plausibility.reversing import reversing
@@ -309,10 +308,10 @@ def _offset_by(result: _Result, vehicle: Vehicle, params: Mapping[str, float]) -
 
 def _left_out(native: _core.OcAnswer, logs: Sequence[Signals], vehicle: Vehicle) -> Finding:
     """The fault of a signal in one drive of several, which the answer is without."""
-    fault = finding_of(signal_fault(native, logs, vehicle))
+    effect = "The offset is estimated without this log"
+    fault = finding_of(signal_fault(native, logs, vehicle)._replace(effect=effect))
     names = ", ".join(Path(log.log).name for log in logs)
-    text = fault.text.replace(f"{NO_OFFSET}.", "The offset is estimated without this log.")
-    return replace(fault, severity="warning", text=f"{names}: {text}")
+    return replace(fault, severity="warning", text=f"{names}: {fault.text}")
 
 
 def _row_of(run: _Run, rows: Sequence[Row], vehicle: Vehicle, params: Mapping[str, float]) -> Row:

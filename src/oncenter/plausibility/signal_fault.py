@@ -33,7 +33,7 @@ _SLIPS: Mapping[str, tuple[tuple[float, str], ...]] = {
 
 class SignalFault(NamedTuple):
     """`kind`: one of the core's names; `signals` by oncenter's names; `value` in SI, s, or a factor; `places` of the
-    signals in a database."""
+    signals in a database; `effect` on the offset, a sentence without its full stop."""
 
     kind: str
     signals: tuple[str, ...]
@@ -41,6 +41,7 @@ class SignalFault(NamedTuple):
     sources: Mapping[str, str]
     vehicle: Vehicle
     places: Mapping[str, str] = MappingProxyType({})
+    effect: str = NO_OFFSET
 
     def subject(self) -> str:
         """ "steering wheel angle (VDC2 from 0x3E) or the yaw rate (...)"."""
@@ -101,8 +102,8 @@ def _filled(found: Kind, fault: SignalFault) -> Finding:
     bits = ", or it is decoded from wrong bits" if fault.value != 0.0 else ""
     return found(
         f"the {fault.subject()} jumps to {fault.in_unit(fault.value)} and back again and again: missing samples are "
-        f"filled with this number{bits}. {NO_OFFSET}. Leave these samples empty where the file is written, or name a "
-        "signal without them"
+        f"filled with this number{bits}. {fault.effect}. Leave these samples empty where the file is written, or name "
+        "a signal without them"
     )
 
 
@@ -111,7 +112,7 @@ def _stuck(found: Kind, fault: SignalFault) -> Finding:
     """At one value while the other signals show a change."""
     return found(
         f"the {fault.subject()} stays at one value for {fault.value:.0f} s while the truck moves otherwise: it is "
-        f"stuck, or the file repeats the last value. {NO_OFFSET}. {_BOTH} the recording",
+        f"stuck, or the file repeats the last value. {fault.effect}. {_BOTH} the recording",
         fault.value,
     )
 
@@ -121,14 +122,14 @@ def _clipped(found: Kind, fault: SignalFault) -> Finding:
     """At one value again and again, while the other signals show more."""
     return found(
         f"the {fault.subject()} never exceeds {fault.in_unit(abs(fault.value))} and stays there while the truck turns "
-        f"more: that is the end of its range, so it is clipped. {NO_OFFSET}. Record it with a wider range"
+        f"more: that is the end of its range, so it is clipped. {fault.effect}. Record it with a wider range"
     )
 
 
 @finding("signal_noise", "error")
 def _noise(found: Kind, fault: SignalFault) -> Finding:
     """Its means over 0.5 s differ as much as all its values."""
-    return found(f"the {fault.subject()} is no more than noise. {NO_OFFSET}. {_BOTH} {fault.bits()}")
+    return found(f"the {fault.subject()} is no more than noise. {fault.effect}. {_BOTH} {fault.bits()}")
 
 
 @finding("signal_jumps", "error")
@@ -137,8 +138,8 @@ def _jumps(found: Kind, fault: SignalFault) -> Finding:
     jump_deg = abs(fault.value) / DEGREE
     if fault.signals == ("steering_wheel_angle",) and abs(jump_deg - _WHOLE_TURN_DEG) < _NEAR_DEG:
         return found(
-            f"the {fault.subject()} jumps by a whole turn, 360 deg: it is wrapped to one turn. {NO_OFFSET}. Unwrap it "
-            "where the file is written, or name the signal that counts turns as plus in the [signals] table"
+            f"the {fault.subject()} jumps by a whole turn, 360 deg: it is wrapped to one turn. {fault.effect}. Unwrap "
+            "it where the file is written, or name the signal that counts turns as plus in the [signals] table"
         )
     return _decoded_wrongly(fault)
 
@@ -150,7 +151,7 @@ def _decoded_wrongly(found: Kind, fault: SignalFault) -> Finding:
     size = f"jumps by {fault.in_unit(abs(fault.value))}, as" if jumps else "has values that"
     return found(
         f"the {fault.subject()} {size} no truck does: it was decoded from wrong bits, with a wrong byte order or sign, "
-        f"or it is another signal. {NO_OFFSET}. Check {fault.bits()}"
+        f"or it is another signal. {fault.effect}. Check {fault.bits()}"
     )
 
 
@@ -159,7 +160,7 @@ def _magnitude(found: Kind, fault: SignalFault) -> Finding:
     """Its two sides contradict each other, and it has one sign only."""
     return found(
         f"the {fault.subject()} has the same sign in left and right turns: it is a magnitude, and its sign is another "
-        f"signal. {NO_OFFSET}. Name that signal as sign_by in {SIGNALS_TABLE}"
+        f"signal. {fault.effect}. Name that signal as sign_by in {SIGNALS_TABLE}"
     )
 
 
@@ -171,8 +172,8 @@ def _reversed(found: Kind, fault: SignalFault) -> Finding:
     remedy = "Remove sign = -1 for it in" if turned else "Set sign = -1 for it in"
     which = "either the" if len(fault.signals) > 1 else "the"
     return found(
-        f"the sign of {which} {fault.subject()} is reversed: left turns must be positive in all signals. {NO_OFFSET}. "
-        f"{_BOTH} the sign of the signal. {remedy} {SIGNALS_TABLE}"
+        f"the sign of {which} {fault.subject()} is reversed: left turns must be positive in all signals. "
+        f"{fault.effect}. {_BOTH} the sign of the signal. {remedy} {SIGNALS_TABLE}"
     )
 
 
@@ -194,7 +195,7 @@ def _scale(found: Kind, fault: SignalFault) -> Finding:
     first, *others = (_spoken(each, fault.sources) for each in fault.signals)
     of_others = f"the {others[0]}, or that is wrong by this factor" if others else "the other signals"
     return found(
-        f"the {first} is {size} for the turns of {of_others}{what}. {NO_OFFSET}. Check its unit and its scale in "
+        f"the {first} is {size} for the turns of {of_others}{what}. {fault.effect}. Check its unit and its scale in "
         f"{SIGNALS_TABLE}{also}{another}",
         factor,
     )
@@ -204,7 +205,7 @@ def _scale(found: Kind, fault: SignalFault) -> Finding:
 def _late(found: Kind, fault: SignalFault) -> Finding:
     """Its lag is outside the usual range, in each pair of signals that it is in."""
     return found(
-        f"the {fault.subject()} lags behind the other signals by about {fault.value:.1f} s. {NO_OFFSET}. Check its "
+        f"the {fault.subject()} lags behind the other signals by about {fault.value:.1f} s. {fault.effect}. Check its "
         "time stamps, and the delay of its sender and of its filter",
         fault.value,
     )
@@ -215,7 +216,7 @@ def _unrelated(found: Kind, fault: SignalFault) -> Finding:
     """It does not move with the turns that two other signals show."""
     return found(
         f"the {fault.subject()} does not follow the turns of the truck: it is another signal, or was decoded from "
-        f"wrong bits. {NO_OFFSET}. Check its assignment in {SIGNALS_TABLE}, and {fault.bits()}"
+        f"wrong bits. {fault.effect}. Check its assignment in {SIGNALS_TABLE}, and {fault.bits()}"
     )
 
 

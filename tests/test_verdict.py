@@ -21,6 +21,7 @@ from oncenter.estimates.changes import Change
 from oncenter.estimates.estimate import Estimate
 from oncenter.findings import Finding
 from oncenter.offset.answer import Answer
+from oncenter.plausibility.signal_fault import SignalFault, finding_of
 from oncenter.signals import DEGREE, Signals
 from oncenter.vehicle import vehicle_from
 from oncenter.verdict import LIMIT_DEG, Verdict, verdicts_of
@@ -169,17 +170,14 @@ COLUMNS = [
 
 
 @pytest.mark.parametrize("column", COLUMNS)
-def test_the_name_of_a_column_accuses_no_other_signal(drive: Signals, column: str) -> None:
+def test_the_name_of_a_column_accuses_no_other_signal(answer: Answer, column: str) -> None:
     """The accelerometer's own column has the name of another signal: only the accelerometer is accused."""
-    reversed_sign = drive.table.with_columns(-pl.col("lateral_acceleration_m_s2"))
-    named = replace(drive.sources["lateral_acceleration"], description=f"column {column}")
-    found = oncenter.offset(
-        replace(drive, table=reversed_sign, sources={**drive.sources, "lateral_acceleration": named}), TRUCK
-    )
-    states = {verdict.about: verdict.state for verdict in verdicts_of(found)}
-    assert column in about(found, "accelerometer").said
-    accused = {part for part, state in states.items() if state == "check_signal"}
-    assert accused == {"straight-ahead offset", "accelerometer"}
+    sources = {**answer.sources, "lateral_acceleration": f"column {column}"}
+    fault = finding_of(SignalFault("reversed", ("lateral_acceleration",), 0.0, sources, TRUCK))
+    found = replace(with_offset(answer, 3.0, status="invalid"), sources=sources, findings=(fault,))
+    assert column in fault.text and column in about(found, "accelerometer").said
+    accused = {verdict.about for verdict in verdicts_of(found) if verdict.state == "check_signal"}
+    assert accused - {"straight-ahead offset"} == {"accelerometer"}
 
 
 @pytest.mark.parametrize(

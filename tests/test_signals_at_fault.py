@@ -157,3 +157,14 @@ def test_one_log_of_two_with_a_wrong_signal_is_left_out_by_name(drive: Signals, 
     assert found.severity == "warning" and found.text.startswith("later.csv: the sign of the yaw rate")
     assert ". The offset is estimated without this log. " in found.text and "cannot be estimated" not in found.text
     assert answer.offset.value == pytest.approx(oc.offset(drive, truck).offset.value)
+
+
+@pytest.mark.parametrize(("name", "step"), [(ANGLE, 0.005), (YAW_RATE, 0.002), (SPEED, 0.1), (ACCELERATION, 0.1)])
+def test_a_signal_that_goes_to_and_fro_at_each_tick_is_not_filled(
+    drive: Signals, truck: oc.Vehicle, name: str, step: float
+) -> None:
+    """A coarse signal that vibrates, or two senders in turn: no sample is missing, and none is 0."""
+    turns = step * np.where(np.arange(drive.ticks) % 2, 1.0, -1.0)
+    answer = oc.offset(spoiled(drive, name, lambda values: values + turns), truck)
+    assert answer.offset.status == "valid"
+    assert not [each for each in answer.findings if each.severity == "error"]

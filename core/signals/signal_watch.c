@@ -16,6 +16,7 @@ static const float same_share = 0.002f; /* share of a jump within which two valu
 static const float memory_s = 300.0f; /* s: memory of the jumps, and of missed changes */
 static const float landed_share = 0.4f; /* share of these among all jumps; half of the jumps lead back */
 static const float filled_share = 0.004f; /* minimum share of the time at this value */
+static const float alternate_zeros = 0.35f; /* minimum share of zeros, where every second sample is filled */
 static const float jumps_min = 20.0f; /* minimum number of jumps that no truck makes */
 static const float jumps_per_s = 0.1f; /* 1/s: the same, in the mean; share of the time with values that no truck has */
 /* end */
@@ -109,6 +110,7 @@ void oc_signal_watch_end_step(oc_signal_watch *w, float jump_min, float ticks, f
     const float moved = w->moved + w->jumped_in_step;
     if (moved > 0.0f) {
         w->alternation += (w->moved_by_two / moved - w->alternation) * share;
+        w->zero_share += (share_at(w, 0.0f) - w->zero_share) * share;
     }
     const float last_change = fabsf(w->last - w->before_last);
     w->resolution = last_change > 0.0f ? oc_min(last_change, w->resolution) : w->resolution;
@@ -121,7 +123,7 @@ void oc_signal_watch_end_step(oc_signal_watch *w, float jump_min, float ticks, f
 }
 
 static bool alternates_with_zero(const oc_signal_watch *w) {
-    return w->observed_s > change_s && w->alternation < 0.5f;
+    return w->observed_s > change_s && w->alternation < 0.5f && w->zero_share > alternate_zeros;
 }
 
 float oc_signal_filled_with(const oc_signal_watch *w) {

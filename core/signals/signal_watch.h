@@ -23,6 +23,7 @@ typedef struct {
     float jumped;              /* size of the last jump */
     float impossible_s;        /* s with values that no truck has */
     float filled_s;            /* s at it after a jump */
+    float zero_share;          /* of the time at exactly 0 */
     float observed_s;          /* s */
     int32_t held_ticks;        /* since the last change */
 } oc_signal_watch;

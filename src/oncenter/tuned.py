@@ -189,6 +189,7 @@ TUNED = {  # by file and name
     "signal_watch.memory_s": 300.0,
     "signal_watch.landed_share": 0.4,
     "signal_watch.filled_share": 0.004,
+    "signal_watch.alternate_zeros": 0.35,
     "signal_watch.jumps_min": 20.0,
     "signal_watch.jumps_per_s": 0.1,
     "signal_level.level_means": 120.0,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,14 +22,16 @@ from oncenter.plausibility.grid_signals import (
 from oncenter.signals import DEGREE, STANDARD_GRAVITY
 
 _REAR_WHEELS = ("wheel_speed_rear_left", "wheel_speed_rear_right")
-_SIGNALS_OF = {  # by their words in these findings
-    "steering wheel angle": ("steering_wheel_angle",),
-    "yaw rate": ("yaw_rate",),
-    "vehicle speed": ("vehicle_speed",),
-    "lateral acceleration": ("lateral_acceleration",),
-    "wheel speeds": _REAR_WHEELS,
+_WHEELS = ("wheel_speed_front_left", "wheel_speed_front_right", *_REAR_WHEELS)
+_SIGNALS_OF = {
+    "wheel speeds": _WHEELS,
     "difference of the rear wheel speeds": _REAR_WHEELS,
-}
+}  # others: their name
+
+
+def _signals_of(names: Iterable[str]) -> tuple[str, ...]:
+    """By their words in these findings."""
+    return tuple(signal for name in names for signal in _SIGNALS_OF.get(name, (name.replace(" ", "_"),)))
 
 
 @finding("sign_reversed", "error")
@@ -56,8 +58,7 @@ def sign(found: Kind, drive: GridSignals) -> CheckResult:
         text = f"the sign of the {_and(minority)} is reversed: left turns are positive in the {_and(majority)}"
     if suspects == ["steering wheel angle"] and _is_one_sided(drive.angle):
         text += ". Or it is a magnitude without sign, and its sign is another signal: then name that as sign_by"
-    signals = tuple(signal for name in suspects for signal in _SIGNALS_OF[name])
-    return found(f"{text}. {NO_OFFSET}. {_sign_remedy(suspects, drive)}", signals=signals)
+    return found(f"{text}. {NO_OFFSET}. {_sign_remedy(suspects, drive)}", signals=_signals_of(suspects))
 
 
 def _is_one_sided(values: Column) -> bool:
@@ -161,7 +162,7 @@ def units(found: Kind, drive: GridSignals) -> CheckResult:
     return found(
         "a unit is wrong: " + ", or ".join(map(str, slips)) + f". {NO_OFFSET}. Correct the unit in {SIGNALS_TABLE}",
         slips[0].factor,
-        signals=tuple(signal for slip in slips for signal in _SIGNALS_OF[slip.signal]),
+        signals=_signals_of(slip.signal for slip in slips),
     )
 
 
@@ -175,7 +176,7 @@ _SIGNALS_IN = {
     "angle": ("steering_wheel_angle",),
     "acceleration": ("yaw_rate", "vehicle_speed", "lateral_acceleration"),
     "turning wheels": ("yaw_rate", *_REAR_WHEELS),
-    "wheels": ("vehicle_speed", *_REAR_WHEELS),
+    "wheels": ("vehicle_speed", *_WHEELS),
 }
 
 
